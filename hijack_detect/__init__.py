@@ -1,0 +1,3 @@
+"""hijack_detect: tells a drone's mission manager that its GPS is being spoofed."""
+
+__version__ = "0.1.0"

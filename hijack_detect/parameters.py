@@ -1,0 +1,98 @@
+"""Parameters declared once: a frozen dataclass holds default, unit, bounds and meaning.
+
+The same declaration is what a node turns into ROS parameters, what an offline run reads from
+YAML, and what the configuration files are checked against.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from typing import Any, TypeVar
+
+Value = float | int | bool | str
+P = TypeVar("P", bound="Parameters")
+
+
+class ParameterError(ValueError):
+    """A parameter has an unknown name, a wrong type, or a value outside its bounds."""
+
+
+def param(
+    default: Value,
+    doc: str,
+    *,
+    unit: str = "",
+    low: float | None = None,
+    high: float | None = None,
+    choices: tuple[str, ...] = (),
+) -> Any:
+    """Declare one parameter as a dataclass field.
+
+    Args:
+        default: Value used when nothing else is given; its type is the parameter's type.
+        doc: What it means, its source equation, and when to change it.
+        unit: Unit of the value, empty for none.
+        low: Smallest allowed number.
+        high: Largest allowed number.
+        choices: The allowed strings.
+    """
+    return dataclasses.field(
+        default=default,
+        metadata={"doc": doc, "unit": unit, "low": low, "high": high, "choices": choices},
+    )
+
+
+@dataclasses.dataclass(frozen=True)
+class Parameters:
+    """Base of every parameter set; checks all values when it is made."""
+
+    def __post_init__(self) -> None:
+        """Check every value against its declaration.
+
+        Raises:
+            ParameterError: Names the parameter, the value and what is allowed.
+        """
+        for field in dataclasses.fields(self):
+            object.__setattr__(self, field.name, _checked(field, getattr(self, field.name)))
+
+    @classmethod
+    def from_mapping(cls: type[P], values: Mapping[str, Any]) -> P:
+        """Make a parameter set from a mapping, defaults for what is missing.
+
+        Raises:
+            ParameterError: A name is unknown or a value is refused.
+        """
+        known = [field.name for field in dataclasses.fields(cls)]
+        unknown = sorted(set(values) - set(known))
+        if unknown:
+            raise ParameterError(
+                f"unknown parameter '{unknown[0]}' (known: {', '.join(sorted(known))})"
+            )
+        return cls(**values)
+
+
+def _checked(field: dataclasses.Field[Any], value: Any) -> Value:
+    """Return the value in its declared type, or raise ParameterError."""
+    meta = field.metadata
+    kind = type(field.default)
+    if kind is float and isinstance(value, int) and not isinstance(value, bool):
+        value = float(value)
+    if type(value) is not kind:
+        raise ParameterError(
+            f"parameter '{field.name}' must be {kind.__name__}, got {value!r}"
+        )
+    if meta["choices"] and value not in meta["choices"]:
+        raise ParameterError(
+            f"parameter '{field.name}' must be one of {', '.join(meta['choices'])}, got {value!r}"
+        )
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        low = -math.inf if meta["low"] is None else meta["low"]
+        high = math.inf if meta["high"] is None else meta["high"]
+        if not low <= value <= high:
+            raise ParameterError(
+                f"parameter '{field.name}' must be within [{low}, {high}] {meta['unit']}".rstrip()
+                + f", got {value!r}"
+            )
+    return value  # type: ignore[no-any-return]

@@ -1,0 +1,1 @@
+"""Time-stamped samples, their validity checks and their merging into one ordered stream."""

@@ -1,0 +1,137 @@
+"""From ROS messages to samples, with every value checked.
+
+The functions read attributes only, so the message may come from rclpy or from rosbags: a live
+node and an offline run share this border, and refuse the same messages for the same reasons.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+from hijack_detect.streams.samples import (
+    NANOSECONDS,
+    AttitudeSample,
+    CourseSample,
+    FixSample,
+    ImuSample,
+    MagneticSample,
+    Quaternion,
+    Vector3,
+    VelocitySample,
+)
+
+MAX_ANGULAR_VELOCITY = 100.0
+"""rad/s; three times the range of any gyroscope that flies."""
+MAX_SPECIFIC_FORCE = 1000.0
+"""m/s²; three times the range of any accelerometer that flies."""
+MAX_SPEED = 1000.0
+"""m/s; no GPS receiver for civil use reports more than 515 m/s."""
+ALTITUDE_RANGE_M = (-1000.0, 50_000.0)
+
+
+class BadMessage(ValueError):
+    """A message holds a value that no sensor can mean; the text names field and value."""
+
+
+def imu_sample(message: Any) -> ImuSample:
+    """Convert raw `sensor_msgs/Imu`. Raises BadMessage on non-finite or impossible values."""
+    return ImuSample(
+        _stamp(message),
+        _vector(message.angular_velocity, "angular_velocity", MAX_ANGULAR_VELOCITY),
+        _vector(message.linear_acceleration, "linear_acceleration", MAX_SPECIFIC_FORCE),
+    )
+
+
+def attitude_sample(message: Any) -> AttitudeSample:
+    """Convert `sensor_msgs/Imu` with orientation. Raises BadMessage.
+
+    REP-145: a first orientation covariance of -1 says that there is no orientation.
+    """
+    covariance = message.orientation_covariance
+    known = covariance[0] >= 0.0
+    return AttitudeSample(
+        _stamp(message),
+        _quaternion(message.orientation) if known else None,
+        float(covariance[8]) if known else math.inf,
+        _vector(message.angular_velocity, "angular_velocity", MAX_ANGULAR_VELOCITY),
+        _vector(message.linear_acceleration, "linear_acceleration", MAX_SPECIFIC_FORCE),
+    )
+
+
+def fix_sample(message: Any) -> FixSample:
+    """Convert `sensor_msgs/NavSatFix`. Raises BadMessage.
+
+    A message whose status says that there is no fix keeps its stamp and loses its position.
+    """
+    if message.status.status < 0:
+        return FixSample(_stamp(message), 0.0, 0.0, 0.0, has_fix=False)
+    return FixSample(
+        _stamp(message),
+        _within(message.latitude, "latitude", -90.0, 90.0),
+        _within(message.longitude, "longitude", -180.0, 180.0),
+        _within(message.altitude, "altitude", *ALTITUDE_RANGE_M),
+    )
+
+
+def velocity_sample(message: Any) -> VelocitySample:
+    """Convert `geometry_msgs/TwistStamped` in ENU. Raises BadMessage."""
+    return VelocitySample(_stamp(message), _vector(message.twist.linear, "velocity", MAX_SPEED))
+
+
+def magnetic_sample(message: Any) -> MagneticSample:
+    """Convert `sensor_msgs/MagneticField`. Raises BadMessage."""
+    return MagneticSample(_stamp(message), _vector(message.magnetic_field, "magnetic_field", 1.0))
+
+
+def course_sample(message: Any) -> CourseSample:
+    """Convert `geometry_msgs/QuaternionStamped` about Up; all zeros mean not observable."""
+    return CourseSample(
+        _stamp(message),
+        _within(message.quaternion.z, "quaternion.z", -1.0, 1.0),
+        _within(message.quaternion.w, "quaternion.w", -1.0, 1.0),
+    )
+
+
+CONVERTERS: dict[str, Callable[[Any], Any]] = {
+    "imu": imu_sample,
+    "fix": fix_sample,
+    "velocity": velocity_sample,
+    "mag": magnetic_sample,
+    "attitude": attitude_sample,
+    "course": course_sample,
+}
+"""Converter of each input, by the input's name."""
+
+
+def _stamp(message: Any) -> int:
+    stamp = message.header.stamp
+    return int(stamp.sec) * NANOSECONDS + int(stamp.nanosec)
+
+
+def _within(value: float, name: str, low: float, high: float) -> float:
+    if not low <= value <= high:
+        raise BadMessage(f"{name} is {value!r}, not within [{low:g}, {high:g}]")
+    return float(value)
+
+
+def _vector(vector: Any, name: str, limit: float) -> Vector3:
+    return (
+        _within(vector.x, f"{name}.x", -limit, limit),
+        _within(vector.y, f"{name}.y", -limit, limit),
+        _within(vector.z, f"{name}.z", -limit, limit),
+    )
+
+
+def _quaternion(quaternion: Any) -> Quaternion:
+    values = (
+        float(quaternion.x),
+        float(quaternion.y),
+        float(quaternion.z),
+        float(quaternion.w),
+    )
+    norm = math.hypot(*values)
+    if not abs(norm - 1.0) < 1e-3:
+        raise BadMessage(f"orientation {values} has norm {norm:g}, not 1")
+    return values

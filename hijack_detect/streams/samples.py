@@ -1,0 +1,101 @@
+"""The samples that travel between the parts of the monitor.
+
+Every sample carries the header stamp of its message in integer nanoseconds, so that no
+precision is lost and decisions made on stamps are reproducible to the bit. Vectors are plain
+tuples of floats: body vectors in FLU (x forward, y left, z up), world vectors in ENU (REP-103).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TypeAlias
+
+Vector3: TypeAlias = tuple[float, float, float]
+Quaternion: TypeAlias = tuple[float, float, float, float]
+"""Quaternion as (x, y, z, w), the order of geometry_msgs."""
+
+NANOSECONDS = 1_000_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class ImuSample:
+    """One `sensor_msgs/Imu` of raw data: angular velocity (rad/s) and specific force (m/s²), FLU."""
+
+    stamp_ns: int
+    angular_velocity: Vector3
+    specific_force: Vector3
+
+
+@dataclass(frozen=True, slots=True)
+class FixSample:
+    """One `sensor_msgs/NavSatFix`: WGS-84 geodetic position.
+
+    Latitude and longitude stay in degrees, as in the message, so that a fix that is only
+    passed on is not rounded. `has_fix` is false when the receiver reports no fix.
+    """
+
+    stamp_ns: int
+    latitude_deg: float
+    longitude_deg: float
+    altitude_m: float
+    has_fix: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class VelocitySample:
+    """One GPS velocity, `geometry_msgs/TwistStamped`: m/s in ENU."""
+
+    stamp_ns: int
+    velocity: Vector3
+
+
+@dataclass(frozen=True, slots=True)
+class MagneticSample:
+    """One `sensor_msgs/MagneticField`: tesla, FLU."""
+
+    stamp_ns: int
+    field: Vector3
+
+
+@dataclass(frozen=True, slots=True)
+class AttitudeSample:
+    """One `sensor_msgs/Imu` with orientation (REP-145), the attitude estimator's output.
+
+    `orientation` turns FLU vectors into ENU; it is None until the estimator knows its heading.
+    `heading_variance` is in rad². Angular velocity and specific force are the raw readings.
+    """
+
+    stamp_ns: int
+    orientation: Quaternion | None
+    heading_variance: float
+    angular_velocity: Vector3
+    specific_force: Vector3
+
+
+@dataclass(frozen=True, slots=True)
+class CourseSample:
+    """Direction of motion over ground as a rotation about Up, `geometry_msgs/QuaternionStamped`.
+
+    The course angle is `2 atan2(qz, qw)`, counter-clockwise from East (REP-103). Both parts are
+    zero where the course is not observable, which no rotation is.
+    """
+
+    stamp_ns: int
+    qz: float
+    qw: float
+
+    @property
+    def observable(self) -> bool:
+        """True where the vehicle moved fast enough for its course to be known."""
+        return self.qz != 0.0 or self.qw != 0.0
+
+    @property
+    def angle(self) -> float:
+        """Course in radians, counter-clockwise from East, within [-2π, 2π]."""
+        return 2.0 * math.atan2(self.qz, self.qw)
+
+
+Sample: TypeAlias = (
+    ImuSample | FixSample | VelocitySample | MagneticSample | AttitudeSample | CourseSample
+)
