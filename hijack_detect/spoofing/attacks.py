@@ -1,0 +1,197 @@
+"""The ways in which an attack changes samples: offset, track, frozen, replayed.
+
+An attack sees every true sample of its segment in stamp order. What it reports for one stamp
+depends on samples of the other kind only if they are strictly older, so the order of a fix and
+a velocity with the same stamp does not matter.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Protocol
+
+from hijack_detect.spoofing import schema
+from hijack_detect.spoofing.history import History, fix_between, velocity_between
+from hijack_detect.spoofing.offsets import Offset, make_offset
+from hijack_detect.spoofing.onset import Onset
+from hijack_detect.spoofing.plane import TangentPlane, moved, turned
+from hijack_detect.spoofing.tracks import Track, make_track
+from hijack_detect.streams.samples import NANOSECONDS, FixSample, VelocitySample
+
+
+class Attack(Protocol):
+    """One attack, from its onset on."""
+
+    def fix(self, true: FixSample, t_s: float) -> FixSample:
+        """Return the reported fix for a true one `t_s` seconds after onset."""
+        ...
+
+    def velocity(
+        self, true: VelocitySample, t_s: float, before: FixSample | None
+    ) -> VelocitySample:
+        """Return the reported velocity for a true one; `before` is the last older true fix."""
+        ...
+
+
+@dataclasses.dataclass(frozen=True)
+class Recording:
+    """What a replay plays: the earlier fixes and velocities, and how much earlier they are."""
+
+    lag_ns: int
+    fixes: History[FixSample]
+    velocities: History[VelocitySample]
+
+
+def record(model: schema.Replay, start_s: float, start_ns: int, end_ns: int | None) -> Recording:
+    """Prepare the recording for a replay; feed it every true sample from the first on."""
+    lag_ns = round((start_s - model.from_s) * NANOSECONDS)
+    until_ns = None if end_ns is None else end_ns - lag_ns
+    return Recording(
+        lag_ns, History(start_ns - lag_ns, until_ns), History(start_ns - lag_ns, until_ns)
+    )
+
+
+def make_attack(segment: schema.Segment, onset: Onset, recording: Recording | None) -> Attack:
+    """Build the attack of a segment for the vehicle's state at onset.
+
+    Raises:
+        ValueError: A replay has no recording.
+    """
+    model = segment.model
+    if isinstance(model, schema.Replay):
+        if recording is None:
+            raise ValueError("a replay needs a recording")
+        return ReplayAttack(recording)
+    if isinstance(model, schema.Freeze):
+        return FreezeAttack(model, onset)
+    if isinstance(model, schema.FakeTrack | schema.TurnAway):
+        return TrackAttack(make_track(model, onset), onset)
+    return OffsetAttack(make_offset(model, onset.course), onset)
+
+
+class OffsetAttack:
+    """Reports the true motion plus an offset; a horizontal offset leaves the altitude alone."""
+
+    def __init__(self, offset: Offset, onset: Onset) -> None:
+        """Anchor the plane at the last fix before onset, if there was one."""
+        self._offset = offset
+        self._anchor = onset.fix
+
+    def fix(self, true: FixSample, t_s: float) -> FixSample:
+        """See Attack."""
+        if self._anchor is None:
+            self._anchor = true
+        east, north, up = self._offset.position(t_s, true.stamp_ns)
+        place = (true.latitude_deg, true.longitude_deg)
+        if east or north:
+            x, y, z = TangentPlane(self._anchor).enu(true)
+            place = TangentPlane(self._anchor).geodetic((x + east, y + north, z))
+        return moved(true, place, true.altitude_m + up)
+
+    def velocity(
+        self, true: VelocitySample, t_s: float, before: FixSample | None
+    ) -> VelocitySample:
+        """See Attack. An offset that does not change leaves the velocity as it is."""
+        rate = self._offset.velocity(t_s, true.stamp_ns)
+        if rate == (0.0, 0.0, 0.0):
+            return true
+        own = true.velocity
+        if (rate[0] or rate[1]) and before is not None and self._anchor is not None:
+            plane = TangentPlane(self._anchor)
+            x, y, z = plane.enu(before)
+            east, north, _ = self._offset.position(t_s, true.stamp_ns)
+            place = plane.geodetic((x + east, y + north, z))
+            own = turned(own, (before.latitude_deg, before.longitude_deg), place)
+            rate = plane.velocity_at(rate, place)
+        return dataclasses.replace(
+            true, velocity=(own[0] + rate[0], own[1] + rate[1], own[2] + rate[2])
+        )
+
+
+class TrackAttack:
+    """Reports a track that starts where the vehicle was at onset."""
+
+    def __init__(self, track: Track, onset: Onset) -> None:
+        """Anchor the track at the last fix before onset, carried forward to the onset."""
+        self._track = track
+        self._anchor = onset.fix
+        self._carry = onset.carry
+
+    def fix(self, true: FixSample, t_s: float) -> FixSample:
+        """See Attack."""
+        if self._anchor is None:
+            self._anchor = true
+        east, north, up = self._track.position(t_s)
+        x, y, z = self._carry
+        place = TangentPlane(self._anchor).geodetic((x + east, y + north, 0.0))
+        if self._track.keeps_altitude:
+            return moved(true, place, true.altitude_m)
+        return moved(true, place, self._anchor.altitude_m + z + up)
+
+    def velocity(
+        self, true: VelocitySample, t_s: float, before: FixSample | None
+    ) -> VelocitySample:
+        """See Attack."""
+        velocity = self._track.velocity(t_s)
+        if before is not None and self._anchor is not None:
+            plane = TangentPlane(self._anchor)
+            east, north, _ = self._track.position(t_s)
+            place = plane.geodetic((self._carry[0] + east, self._carry[1] + north, 0.0))
+            velocity = plane.velocity_at(velocity, place)
+        up = true.velocity[2] if self._track.keeps_altitude else velocity[2]
+        return dataclasses.replace(true, velocity=(velocity[0], velocity[1], up))
+
+
+class FreezeAttack:
+    """Reports the last position, and the last velocity unless the model says otherwise."""
+
+    def __init__(self, model: schema.Freeze, onset: Onset) -> None:
+        """Hold what was reported last; the first true sample if there was nothing before."""
+        self._velocity_mode = model.velocity
+        self._fix = onset.fix
+        self._velocity = onset.velocity_sample
+
+    def fix(self, true: FixSample, t_s: float) -> FixSample:
+        """See Attack."""
+        if self._fix is None:
+            self._fix = true
+        return dataclasses.replace(self._fix, stamp_ns=true.stamp_ns)
+
+    def velocity(
+        self, true: VelocitySample, t_s: float, before: FixSample | None
+    ) -> VelocitySample:
+        """See Attack."""
+        if self._velocity_mode == "true":
+            return true
+        if self._velocity_mode == "zero":
+            return dataclasses.replace(true, velocity=(0.0, 0.0, 0.0))
+        if self._velocity is None:
+            self._velocity = true
+        return dataclasses.replace(true, velocity=self._velocity.velocity)
+
+
+class ReplayAttack:
+    """Reports what was true a fixed time earlier, interpolated between the recorded samples.
+
+    Where nothing was recorded yet the sample passes as it is.
+    """
+
+    def __init__(self, recording: Recording) -> None:
+        """Play a recording."""
+        self._recording = recording
+
+    def fix(self, true: FixSample, t_s: float) -> FixSample:
+        """See Attack."""
+        found = self._recording.fixes.around(true.stamp_ns - self._recording.lag_ns)
+        if found is None:
+            return true
+        return dataclasses.replace(fix_between(*found), stamp_ns=true.stamp_ns)
+
+    def velocity(
+        self, true: VelocitySample, t_s: float, before: FixSample | None
+    ) -> VelocitySample:
+        """See Attack."""
+        found = self._recording.velocities.around(true.stamp_ns - self._recording.lag_ns)
+        if found is None:
+            return true
+        return dataclasses.replace(true, velocity=velocity_between(*found))

@@ -1,0 +1,89 @@
+"""The state of the vehicle at an attack's onset, from samples strictly before it.
+
+Using only what came before makes the attack independent of whether the fix or the velocity of
+one stamp is processed first.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TypeVar
+
+from hijack_detect.spoofing.plane import TangentPlane
+from hijack_detect.streams.samples import NANOSECONDS, FixSample, Vector3, VelocitySample
+
+MIN_COURSE_SPEED = 0.5
+"""m/s; below this a vehicle has no course, and counts as standing with its course North."""
+MAX_CARRY_S = 1.0
+"""Longest time over which the last fix is carried forward to the onset."""
+_MIN_BASELINE_NS = NANOSECONDS // 100
+_STILL: Vector3 = (0.0, 0.0, 0.0)
+
+S = TypeVar("S", FixSample, VelocitySample)
+
+
+@dataclass(frozen=True)
+class Onset:
+    """What was known just before an attack.
+
+    Attributes:
+        fix: Last true fix before the onset, None if there was none.
+        velocity_sample: Last true velocity before the onset, None if there was none.
+        velocity: m/s in ENU, reported or from the last two fixes; zero when neither is known.
+        carry: ENU metres from `fix` to where the vehicle was at the onset itself.
+    """
+
+    fix: FixSample | None
+    velocity_sample: VelocitySample | None
+    velocity: Vector3
+    carry: Vector3
+
+    @property
+    def speed(self) -> float:
+        """Ground speed, m/s; 0 below MIN_COURSE_SPEED."""
+        speed = math.hypot(self.velocity[0], self.velocity[1])
+        return speed if speed >= MIN_COURSE_SPEED else 0.0
+
+    @property
+    def course(self) -> float:
+        """Direction of motion, radians clockwise from North; 0 below MIN_COURSE_SPEED."""
+        return math.atan2(self.velocity[0], self.velocity[1]) if self.speed else 0.0
+
+
+def onset_at(
+    start_ns: int, fixes: Sequence[FixSample], velocities: Sequence[VelocitySample]
+) -> Onset:
+    """Estimate the state at `start_ns` from the samples before it, oldest first.
+
+    The reported velocity is taken unless it is older than both of the last two fixes.
+    """
+    earlier = [fix for fix in fixes if fix.stamp_ns < start_ns]
+    reported = last_before(start_ns, velocities)
+    if not earlier:
+        return Onset(None, reported, reported.velocity if reported else _STILL, _STILL)
+    last = earlier[-1]
+    base = last_before(last.stamp_ns - _MIN_BASELINE_NS + 1, earlier)
+    if reported is not None and (base is None or reported.stamp_ns >= base.stamp_ns):
+        velocity = reported.velocity
+    else:
+        velocity = _between(base, last) if base else _STILL
+    delay = min((start_ns - last.stamp_ns) / NANOSECONDS, MAX_CARRY_S)
+    carry = (velocity[0] * delay, velocity[1] * delay, velocity[2] * delay)
+    return Onset(last, reported, velocity, carry)
+
+
+def last_before(stamp_ns: int, samples: Sequence[S]) -> S | None:
+    """Return the last sample with a stamp strictly before `stamp_ns`, None if there is none."""
+    for sample in reversed(samples):
+        if sample.stamp_ns < stamp_ns:
+            return sample
+    return None
+
+
+def _between(first: FixSample, last: FixSample) -> Vector3:
+    """Mean velocity (m/s, ENU) between two fixes."""
+    seconds = (last.stamp_ns - first.stamp_ns) / NANOSECONDS
+    east, north, up = TangentPlane(first).enu(last)
+    return (east / seconds, north / seconds, up / seconds)

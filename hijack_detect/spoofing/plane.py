@@ -1,0 +1,60 @@
+"""The local tangent plane in which attacks are drawn: metres East, North, Up of one fix.
+
+WGS-84 through pymap3d, so neither the antimeridian nor the neighbourhood of a pole is special.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TypeAlias
+
+import pymap3d
+from pymap3d.ecef import enu2uvw, uvw2enu
+
+from hijack_detect.estimation.geodesy import LocalFrame
+from hijack_detect.streams.samples import FixSample, Vector3
+
+Geodetic: TypeAlias = tuple[float, float]
+"""Latitude and longitude in degrees, longitude within [-180, 180]."""
+
+
+class TangentPlane(LocalFrame):
+    """East, North, Up in metres about one fix, and the way back."""
+
+    def geodetic(self, position: Vector3) -> Geodetic:
+        """Latitude and longitude of a position in this plane (metres).
+
+        The height is left to the caller: over kilometres a flat plane rises above the ground.
+        """
+        latitude, longitude, _ = pymap3d.enu2geodetic(*position, *self._origin)
+        return (float(latitude), float(longitude))
+
+    def velocity_at(self, velocity: Vector3, place: Geodetic) -> Vector3:
+        """Turn a horizontal velocity of this plane into East and North of another place.
+
+        North is not the same direction everywhere; 10 km from a pole 100 m of distance turn it by
+        half a degree. The vertical part is handed through.
+        """
+        return turned(velocity, self._origin[:2], place)
+
+
+def turned(velocity: Vector3, origin: Geodetic, place: Geodetic) -> Vector3:
+    """Express the horizontal part of an ENU velocity at `origin` in ENU at `place`."""
+    if origin == place:
+        return velocity
+    uvw = enu2uvw(velocity[0], velocity[1], 0.0, *origin)
+    east, north, _ = uvw2enu(*uvw, *place)
+    return (float(east), float(north), velocity[2])
+
+
+def moved(fix: FixSample, place: Geodetic, altitude_m: float) -> FixSample:
+    """Return the fix with another position and its own stamp."""
+    return dataclasses.replace(
+        fix, latitude_deg=place[0], longitude_deg=place[1], altitude_m=altitude_m
+    )
+
+
+def separation_m(one: FixSample, other: FixSample) -> float:
+    """Straight distance between two fixes in three dimensions, metres."""
+    east, north, up = TangentPlane(one).enu(other)
+    return float((east * east + north * north + up * up) ** 0.5)

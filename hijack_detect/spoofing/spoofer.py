@@ -1,0 +1,118 @@
+"""Applies a scenario to the GPS samples of a flight, offline and live alike."""
+
+from __future__ import annotations
+
+import bisect
+from collections import deque
+
+from hijack_detect.spoofing import schema
+from hijack_detect.spoofing.attacks import Attack, Recording, make_attack, record
+from hijack_detect.spoofing.onset import last_before, onset_at
+from hijack_detect.spoofing.plane import separation_m
+from hijack_detect.spoofing.scenario import Scenario
+from hijack_detect.streams.samples import NANOSECONDS, FixSample, VelocitySample
+
+_RECENT = 8
+"""True samples kept for the onset: two before it are needed, and some may share its stamp."""
+
+
+class Spoofer:
+    """Turns true fixes and velocities into reported ones.
+
+    Give it every true sample in the order of stamps; a fix and a velocity with the same stamp may
+    come in either order, and there may be no velocities at all. Outside the segments, and for
+    fixes without a position, the same object comes back. A segment holds from its start,
+    inclusive, to its end, exclusive, both compared with header stamps.
+    """
+
+    def __init__(self, scenario: Scenario, first_stamp_ns: int) -> None:
+        """Place the scenario on a flight.
+
+        Args:
+            scenario: The attacks; their times are seconds after `first_stamp_ns`.
+            first_stamp_ns: Stamp of the flight's first message.
+        """
+        self._segments = scenario.segments
+        self._starts = [first_stamp_ns + _ns(segment.start_s) for segment in self._segments]
+        self._ends = [
+            None if segment.end_s is None else first_stamp_ns + _ns(segment.end_s)
+            for segment in self._segments
+        ]
+        self._recordings: dict[int, Recording] = {
+            index: record(segment.model, segment.start_s, self._starts[index], self._ends[index])
+            for index, segment in enumerate(self._segments)
+            if isinstance(segment.model, schema.Replay)
+        }
+        self._running: tuple[int, Attack] | None = None
+        self._fixes: deque[FixSample] = deque(maxlen=_RECENT)
+        self._velocities: deque[VelocitySample] = deque(maxlen=_RECENT)
+        self._reported: FixSample | None = None
+
+    def fix(self, sample: FixSample) -> FixSample:
+        """Return what the receiver reports in place of a true fix."""
+        if not sample.has_fix:
+            return sample
+        for recording in self._recordings.values():
+            recording.fixes.add(sample)
+        self._reported = self._spoofed_fix(sample)
+        self._fixes.append(sample)
+        return self._reported
+
+    def velocity(self, sample: VelocitySample) -> VelocitySample:
+        """Return what the receiver reports in place of a true velocity."""
+        for recording in self._recordings.values():
+            recording.velocities.add(sample)
+        reported = self._spoofed_velocity(sample)
+        self._velocities.append(sample)
+        return reported
+
+    def active(self, stamp_ns: int) -> bool:
+        """Ground truth: whether a segment covers the stamp."""
+        return self._index(stamp_ns) is not None
+
+    @property
+    def offset_m(self) -> float:
+        """Separation of the last true and the last reported fix, metres in three dimensions."""
+        if self._reported is None or self._reported is self._fixes[-1]:
+            return 0.0
+        return separation_m(self._fixes[-1], self._reported)
+
+    def _spoofed_fix(self, sample: FixSample) -> FixSample:
+        index = self._index(sample.stamp_ns)
+        if index is None:
+            return sample
+        return self._attack(index).fix(sample, self._since(index, sample.stamp_ns))
+
+    def _spoofed_velocity(self, sample: VelocitySample) -> VelocitySample:
+        index = self._index(sample.stamp_ns)
+        if index is None:
+            return sample
+        attack = self._attack(index)
+        if not self._segments[index].velocity_consistent:
+            return sample
+        before = last_before(sample.stamp_ns, self._fixes)
+        return attack.velocity(sample, self._since(index, sample.stamp_ns), before)
+
+    def _index(self, stamp_ns: int) -> int | None:
+        """Index of the segment that covers a stamp."""
+        index = bisect.bisect_right(self._starts, stamp_ns) - 1
+        if index < 0:
+            return None
+        end_ns = self._ends[index]
+        return index if end_ns is None or stamp_ns < end_ns else None
+
+    def _since(self, index: int, stamp_ns: int) -> float:
+        """Seconds since the start of a segment."""
+        return (stamp_ns - self._starts[index]) / NANOSECONDS
+
+    def _attack(self, index: int) -> Attack:
+        """Return the attack of a segment, started at the segment's first sample."""
+        if self._running is None or self._running[0] != index:
+            onset = onset_at(self._starts[index], self._fixes, self._velocities)
+            attack = make_attack(self._segments[index], onset, self._recordings.get(index))
+            self._running = (index, attack)
+        return self._running[1]
+
+
+def _ns(seconds: float) -> int:
+    return round(seconds * NANOSECONDS)
