@@ -1,0 +1,240 @@
+"""The structure of an MCAP file, read with every length checked.
+
+Bags come from crashed recorders, broken disks and strangers. The libraries at hand trust the
+lengths in a file: a damaged one makes them allocate gigabytes or fail deep inside a
+decompressor. So the container is walked here, bounded by the size of the file, and rosbags does
+what it does well: message definitions, CDR and writing.
+
+The format: https://mcap.dev/spec. All integers are little endian; times are nanoseconds.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import BinaryIO, NamedTuple
+
+from hijack_detect.bags.decoding import CHUNK_HEADER, Damaged, decompressed, string, unpack
+from hijack_detect.bags.errors import BagError
+
+MAGIC = b"\x89MCAP0\r\n"
+_FOOTER, _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _STATISTICS = 0x02, 0x03, 0x04, 0x05, 0x06, 0x0B
+_PREFIX = struct.Struct("<BQ")
+_MESSAGE_HEADER = struct.Struct("<HIQQ")
+_STATISTICS_HEADER = struct.Struct("<QHIIIIQQI")
+
+
+class Channel(NamedTuple):
+    """One channel of the file: a topic, the id of its type and how its messages are encoded."""
+
+    topic: str
+    schema_id: int
+    encoding: str
+
+
+class Record(NamedTuple):
+    """One message as it lies in the file: channel id, log time in nanoseconds, CDR bytes."""
+
+    channel_id: int
+    log_ns: int
+    data: bytes
+
+
+class Block(NamedTuple):
+    """A part of the file that holds messages: one chunk, or one message outside any chunk.
+
+    `start_ns` and `end_ns` are the first and last log time in it, `offset` and `size` the place
+    of the record's content in bytes.
+    """
+
+    opcode: int
+    offset: int
+    size: int
+    start_ns: int
+    end_ns: int
+
+
+class Container:
+    """One open MCAP file.
+
+    Attributes:
+        path: The file.
+        channels: Channels by id.
+        blocks: Where the messages are, in file order.
+        counts: Number of messages by channel id.
+        start_ns: Log time of the first message, nanoseconds.
+        end_ns: Log time of the last message, nanoseconds.
+    """
+
+    def __init__(self, path: Path) -> None:
+        """Open the file and read its structure.
+
+        Raises:
+            BagError: It is missing, empty, not MCAP, truncated or damaged.
+        """
+        self.path = path
+        self.channels: dict[int, Channel] = {}
+        self.blocks: list[Block] = []
+        self.counts: Counter[int] = Counter()
+        self.start_ns = 2**64
+        self.end_ns = -1
+        self._schemas: dict[int, str] = {}
+        self._indexed = False
+        try:
+            self._file: BinaryIO = path.open("rb")
+        except OSError as error:
+            raise BagError(f"{path}: cannot be opened: {error.strerror}; check the path") from error
+        try:
+            self._open()
+        except BaseException:
+            self.close()
+            raise
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+    def msgtype(self, channel: Channel) -> str:
+        """Return the ROS type of a channel, empty if the file does not say."""
+        return self._schemas.get(channel.schema_id, "")
+
+    def records(self, block: Block) -> Iterator[Record]:
+        """Yield the messages of one block in file order.
+
+        Raises:
+            BagError: The block is damaged.
+        """
+        try:
+            yield from self._records(block)
+        except Damaged as error:
+            raise self._damaged_error(str(error)) from error
+
+    def _open(self) -> None:
+        self._size = self._file.seek(0, 2)
+        if self._size == 0:
+            raise BagError(
+                f"{self.path}: is empty (0 bytes); the recorder never wrote to it, or the copy "
+                "failed: copy or record it again"
+            )
+        if self._read(0, min(self._size, len(MAGIC))) != MAGIC:
+            raise BagError(
+                f"{self.path}: is not an MCAP file; convert ROS 1 and sqlite3 bags with "
+                "`rosbags-convert`, flight logs with `hijack-detect import`"
+            )
+        try:
+            complete = self._walk()
+            if complete and not self._indexed:
+                self._count()
+        except Damaged as error:
+            raise self._damaged_error(str(error)) from error
+        if not complete:
+            raise self._damaged_error("truncated or damaged, its end mark was not reached")
+
+    def _walk(self) -> bool:
+        """Go over all records outside chunks; return whether the file is complete."""
+        position = len(MAGIC)
+        while position + _PREFIX.size <= self._size:
+            opcode, size = _PREFIX.unpack(self._read(position, _PREFIX.size))
+            position += _PREFIX.size
+            if size > self._size - position:
+                return False
+            if opcode == _FOOTER:
+                return self._read(position + size, len(MAGIC)) == MAGIC
+            if opcode in (_CHUNK, _MESSAGE):
+                self._add_block(opcode, position, size)
+            elif opcode in (_SCHEMA, _CHANNEL):
+                self._declare(opcode, self._read(position, size), position)
+            elif opcode == _STATISTICS:
+                self._read_statistics(self._read(position, size), position)
+            position += size
+        return False
+
+    def _add_block(self, opcode: int, offset: int, size: int) -> None:
+        header: struct.Struct = CHUNK_HEADER if opcode == _CHUNK else _MESSAGE_HEADER
+        values = unpack(header, self._read(offset, min(size, header.size)), 0, offset)
+        start, end = values[:2] if opcode == _CHUNK else (values[2], values[2])
+        self.blocks.append(Block(opcode, offset, size, start, end))
+
+    def _declare(self, opcode: int, content: bytes | memoryview, offset: int) -> None:
+        """Take over a schema or a channel record."""
+        content = bytes(content)
+        number = int.from_bytes(content[:2], "little")
+        if opcode == _SCHEMA:
+            self._schemas[number], _ = string(content, 2, offset)
+            return
+        schema = int.from_bytes(content[2:4], "little")
+        topic, position = string(content, 4, offset)
+        encoding, _ = string(content, position, offset)
+        self.channels[number] = Channel(topic, schema, encoding)
+
+    def _read_statistics(self, content: bytes, offset: int) -> None:
+        """Take over counts and times, if every counted channel is known."""
+        values = unpack(_STATISTICS_HEADER, content, 0, offset)
+        pairs = content[_STATISTICS_HEADER.size :]
+        if len(pairs) != values[8] or len(pairs) % 10:
+            return
+        counts = +Counter(dict(struct.iter_unpack("<HQ", pairs)))  # + drops counts of zero
+        if counts and sum(counts.values()) == values[0] and set(counts) <= set(self.channels):
+            self.counts, self.start_ns, self.end_ns = counts, values[6], values[7]
+            self._indexed = True
+
+    def _count(self) -> None:
+        """Count all messages by reading them; for files without statistics."""
+        self.counts = Counter()
+        for block in self.blocks:
+            for record in self._records(block):
+                self.counts[record.channel_id] += 1
+                self.start_ns = min(self.start_ns, record.log_ns)
+                self.end_ns = max(self.end_ns, record.log_ns)
+
+    def _damaged_error(self, what: str) -> BagError:
+        with suppress(Damaged):
+            self._count()
+        found = sum(self.counts.values())
+        return BagError(
+            f"{self.path}: {what}; {found} messages before that can be read. "
+            f"Recover them with `mcap recover {self.path.name} -o recovered.mcap`, then use "
+            "recovered.mcap"
+        )
+
+    def _records(self, block: Block) -> Iterator[Record]:
+        content = self._read(block.offset, block.size)
+        if block.opcode == _MESSAGE:
+            yield self._message(memoryview(content), block)
+            return
+        chunk = memoryview(decompressed(content, block.offset))
+        position = 0
+        while position < len(chunk):
+            opcode, size = unpack(_PREFIX, chunk, position, block.offset)
+            position += _PREFIX.size
+            if size > len(chunk) - position:
+                raise Damaged(f"a record overruns the chunk at byte {block.offset}")
+            if opcode == _MESSAGE:
+                yield self._message(chunk[position : position + size], block)
+            elif opcode in (_SCHEMA, _CHANNEL):
+                self._declare(opcode, chunk[position : position + size], block.offset)
+            position += size
+
+    def _message(self, content: memoryview, block: Block) -> Record:
+        channel, _, log_ns, _ = unpack(_MESSAGE_HEADER, content, 0, block.offset)
+        if channel not in self.channels:
+            raise Damaged(f"a message of unknown channel {channel} at byte {block.offset}")
+        if not block.start_ns <= log_ns <= block.end_ns:
+            raise Damaged(f"a message outside its chunk's times at byte {block.offset}")
+        return Record(channel, log_ns, bytes(content[_MESSAGE_HEADER.size :]))
+
+    def _read(self, offset: int, size: int) -> bytes:
+        """Read `size` bytes at `offset`, never more than the file holds."""
+        if size > self._size - offset:
+            raise Damaged(f"truncated at byte {self._size}")
+        try:
+            self._file.seek(offset)
+            content = self._file.read(size)
+        except OSError as error:
+            raise Damaged(f"cannot be read at byte {offset} ({error.strerror})") from error
+        if len(content) != size:
+            raise Damaged(f"truncated at byte {offset + len(content)}, while it was read")
+        return content

@@ -1,0 +1,10 @@
+"""The one error that everything about bags raises."""
+
+from __future__ import annotations
+
+
+class BagError(ValueError):
+    """A bag cannot be read or written.
+
+    The text names the file, the topic and the stamp where they are known, and what to do next.
+    """

@@ -1,0 +1,113 @@
+"""From the messages of a bag to samples."""
+
+from __future__ import annotations
+
+import logging
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from hijack_detect.bags.errors import BagError
+from hijack_detect.bags.reader import BagReader
+from hijack_detect.bags.topics import TYPES, TopicMap
+from hijack_detect.streams.messages import CONVERTERS, BadMessage
+from hijack_detect.streams.samples import Sample
+
+_log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Rejection:
+    """One refused message.
+
+    Attributes:
+        path: The bag.
+        topic: Topic of the message.
+        log_ns: Log time of the message, nanoseconds.
+        stamp_ns: Header stamp of the message, nanoseconds.
+        reason: The refused field and its value.
+    """
+
+    path: Path
+    topic: str
+    log_ns: int
+    stamp_ns: int
+    reason: str
+
+    def __str__(self) -> str:
+        """Return all of it in one line."""
+        return f"{self.path}: topic {self.topic}, stamp {self.stamp_ns} ns: {self.reason}"
+
+
+@dataclass
+class Rejected:
+    """Counts refused messages by topic and field, and keeps the first of each.
+
+    Pass its `add` to `read_samples` as `on_rejected`.
+
+    Attributes:
+        counts: Number of refused messages by (topic, field).
+        first: The first refused message of each.
+    """
+
+    counts: Counter[tuple[str, str]] = field(default_factory=Counter)
+    first: dict[tuple[str, str], Rejection] = field(default_factory=dict)
+
+    def add(self, rejection: Rejection) -> None:
+        """Count one refused message."""
+        key = (rejection.topic, rejection.reason.split(" ", 1)[0])
+        self.counts[key] += 1
+        self.first.setdefault(key, rejection)
+
+    @property
+    def total(self) -> int:
+        """Number of refused messages."""
+        return sum(self.counts.values())
+
+    def lines(self) -> list[str]:
+        """Return one line for each reason: how many, and the first of them."""
+        return [f"{self.counts[key]} refused, first {self.first[key]}" for key in self.counts]
+
+
+def read_samples(
+    reader: BagReader,
+    topic_map: TopicMap,
+    *,
+    on_rejected: Callable[[Rejection], None] | None = None,
+) -> Iterator[tuple[str, Sample]]:
+    """Yield input name and sample of every valid message, in order of log time.
+
+    Inputs without a converter in `streams.messages` are left out. A message with a value that no
+    sensor can mean is refused and the next one is read.
+
+    Args:
+        reader: The bag.
+        topic_map: Which topic is which input.
+        on_rejected: Called for every refused message. None logs a summary as a warning when
+            the bag has been read.
+
+    Raises:
+        BagError: The bag is damaged, or a topic does not have the type of its input.
+    """
+    names = {topic: name for name, topic in topic_map.items() if name in CONVERTERS}
+    summary = Rejected()
+    reject = on_rejected or summary.add
+    for raw in reader.messages(names.keys()):
+        name = names[raw.topic]
+        if raw.msgtype != TYPES[name]:
+            raise BagError(
+                f"{reader.path}: topic {raw.topic} at log time {raw.log_ns} ns has type "
+                f"{raw.msgtype}, the input '{name}' needs {TYPES[name]}; name another topic"
+            )
+        message = reader.deserialize(raw)
+        try:
+            sample = CONVERTERS[name](message)
+        except BadMessage as error:
+            stamp = message.header.stamp
+            stamp_ns = int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
+            reject(Rejection(reader.path, raw.topic, raw.log_ns, stamp_ns, str(error)))
+            continue
+        yield name, sample
+    for line in summary.lines():
+        _log.warning("%s", line)

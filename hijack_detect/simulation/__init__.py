@@ -1,0 +1,1 @@
+"""Simulated flights: plain, open loop and without input or output."""

@@ -1,0 +1,98 @@
+"""What a simulated flight is asked to be."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+ROUTES = ("straight", "curved")
+MIN_DURATION_S = 60.0
+MAX_DURATION_S = 3600.0
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where the flight starts (WGS-84), and the Earth's magnetic field there.
+
+    Attributes:
+        latitude_deg: Latitude, degrees.
+        longitude_deg: Longitude, degrees.
+        altitude_m: Height above the ellipsoid, metres.
+        field_enu_t: Magnetic field, tesla in ENU. The default is the World Magnetic Model 2025
+            of June 2025 at the default place: declination 12.66° East, inclination -66°.
+    """
+
+    latitude_deg: float = -35.363
+    longitude_deg: float = 149.165
+    altitude_m: float = 584.0
+    field_enu_t: tuple[float, float, float] = (5.1693e-6, 23.0145e-6, 53.0911e-6)
+
+
+@dataclass(frozen=True)
+class FlightPlan:
+    """A multirotor flight: stand, take off, hover, fly a route forward, hover.
+
+    The nose follows the course. The seed decides the first course, the turns, the wind and all
+    noise.
+
+    Attributes:
+        route: `straight`, one leg; or `curved`, several turns of 50° to 110°, the first two in
+            quick succession.
+        duration_s: Length of the recording, 60 to 3600 seconds.
+        speed: Ground speed on the route, 2 to 15 m/s.
+        height_m: Height of the flight above the ground, 5 to 120 metres.
+        place: Where it starts.
+        start_ns: Stamp of the first sample, nanoseconds.
+    """
+
+    route: str = "straight"
+    duration_s: float = 110.0
+    speed: float = 8.0
+    height_m: float = 20.0
+    place: Place = Place()
+    start_ns: int = 1_750_000_000_000_000_000
+
+    def __post_init__(self) -> None:
+        """Check the plan.
+
+        Raises:
+            ValueError: A value is outside what is allowed; the text names it.
+        """
+        if self.route not in ROUTES:
+            raise ValueError(f"route is {self.route!r}, not one of {', '.join(ROUTES)}")
+        for name, value, low, high in (
+            ("duration", self.duration_s, MIN_DURATION_S, MAX_DURATION_S),
+            ("speed", self.speed, 2.0, 15.0),
+            ("height", self.height_m, 5.0, 120.0),
+        ):
+            if not low <= value <= high:
+                raise ValueError(f"{name} is {value!r}, not within [{low:g}, {high:g}]")
+        if forward_end_s(self) - forward_start_s(self) < 20.0:
+            raise ValueError(
+                f"duration of {self.duration_s:g} s leaves less than 20 s for the route; fly "
+                "longer or lower"
+            )
+
+
+GROUND_S = 6.0
+HOVER_S = 8.0
+CLIMB_RATE = 2.5
+"""m/s"""
+RAMP_S = 1.0
+"""Seconds over which the climb rate is reached."""
+END_S = 14.0
+"""Seconds from the start of braking to the end of the recording."""
+
+
+def climb_end_s(plan: FlightPlan) -> float:
+    """Seconds from the start to the command that ends the climb."""
+    return GROUND_S + plan.height_m / CLIMB_RATE + RAMP_S
+
+
+def forward_start_s(plan: FlightPlan) -> float:
+    """Seconds from the start to the command to fly forward."""
+    return climb_end_s(plan) + HOVER_S
+
+
+def forward_end_s(plan: FlightPlan) -> float:
+    """Seconds from the start to the command to brake."""
+    return plan.duration_s - END_S
