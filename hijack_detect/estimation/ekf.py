@@ -1,0 +1,192 @@
+"""The 15-state error-state Kalman filter of Feng et al. 2018, §3.5.
+
+Nominal state: position and velocity (ENU, m and m/s), attitude (quaternion FLU → ENU),
+accelerometer bias (m/s²) and gyroscope bias (rad/s). The error state is [δp δv δθ δba δbg]; the
+attitude error is in ENU, R_true = exp([δθ]×) R. IMU samples are integrated in blocks between
+two fixes, so the cost of the covariance does not grow with the IMU's rate.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from hijack_detect.estimation.rotation import (
+    Array,
+    exponential,
+    matrices,
+    multiply,
+    normalized,
+    skew,
+)
+from hijack_detect.streams.samples import Quaternion
+
+GRAVITY = 9.80665
+"""m/s²; its variation over the Earth (0.5 %) ends up in the accelerometer bias."""
+
+POSITION, VELOCITY, ATTITUDE = slice(0, 3), slice(3, 6), slice(6, 9)
+ACCEL_BIAS, GYRO_BIAS = slice(9, 12), slice(12, 15)
+
+
+@dataclass(frozen=True)
+class ProcessNoise:
+    """Densities of the white noise that drives the error state."""
+
+    accel: float
+    """Specific force, m/s²/√Hz."""
+    gyro: float
+    """Angular velocity, rad/s/√Hz."""
+    accel_bias: float
+    """Random walk of the accelerometer bias, m/s²/√s."""
+    gyro_bias: float
+    """Random walk of the gyroscope bias, rad/s/√s."""
+
+
+@dataclass(frozen=True)
+class ImuBlock:
+    """IMU readings over consecutive intervals.
+
+    Attributes:
+        dt: Lengths of the intervals, s, shape (n,).
+        angular_velocity: Mean over each interval, rad/s, FLU, shape (n, 3).
+        specific_force: Mean over each interval, m/s², FLU, shape (n, 3).
+    """
+
+    dt: Array
+    angular_velocity: Array
+    specific_force: Array
+
+
+class Ekf:
+    """Position, velocity, attitude and IMU biases from IMU blocks and GPS."""
+
+    def __init__(self, attitude: Quaternion, sigmas: Array, noise: ProcessNoise) -> None:
+        """Start at rest at the origin.
+
+        Args:
+            attitude: Initial attitude, FLU → ENU.
+            sigmas: Initial standard deviations of the error state, shape (15,).
+            noise: Process noise.
+        """
+        self.position = np.zeros(3)
+        self.velocity = np.zeros(3)
+        self.attitude = attitude
+        self.accel_bias = np.zeros(3)
+        self.gyro_bias = np.zeros(3)
+        self.covariance = np.diag(np.square(sigmas))
+        self._noise = noise
+
+    def propagate(self, block: ImuBlock) -> None:
+        """Advance the state over a block of IMU readings (INS mechanisation and Q of §3.5)."""
+        if len(block.dt) == 0:
+            return
+        dt = block.dt[:, None]
+        rotation_vectors = (block.angular_velocity - self.gyro_bias) * dt
+        middles = np.empty((len(dt), 4))
+        q = self.attitude
+        for k, vector in enumerate(rotation_vectors.tolist()):
+            half = exponential((0.5 * vector[0], 0.5 * vector[1], 0.5 * vector[2]))
+            middle = multiply(q, half)
+            middles[k] = middle
+            q = multiply(middle, half)
+        self.attitude = normalized(q)
+
+        rotation = matrices(middles)
+        force = np.einsum("nij,nj->ni", rotation, block.specific_force - self.accel_bias)
+        self._propagate_covariance(dt, rotation, force)
+        acceleration = force - np.array([0.0, 0.0, GRAVITY])
+        steps = acceleration * dt
+        before = self.velocity + np.cumsum(steps, axis=0) - steps
+        self.position = self.position + np.sum((before + 0.5 * steps) * dt, axis=0)
+        self.velocity = self.velocity + np.sum(steps, axis=0)
+
+    def _propagate_covariance(self, dt: Array, rotation: Array, force: Array) -> None:
+        """P ← Φ P Φᵀ + Q with the transition accumulated over the block.
+
+        dt has shape (n, 1), rotation (n, 3, 3), force (n, 3) in ENU. With δθ' = −R δbg and
+        δv' = −[R f]× δθ − R δba, every block of Φ is a single or double sum over the samples.
+        """
+        step = dt[:, :, None]
+        total = float(np.sum(dt))
+
+        def integral(values: Array) -> Array:
+            """Integral of (n, 3, 3) up to the middle of each interval."""
+            steps = values * step
+            done: Array = np.cumsum(steps, axis=0) - 0.5 * steps
+            return done
+
+        def both(values: Array) -> tuple[Array, Array]:
+            """Single and double integral over the whole block."""
+            return np.sum(values * step, axis=0), np.sum(integral(values) * step, axis=0)
+
+        cross = skew(force)
+        bias_to_velocity = cross @ integral(rotation)
+        phi = np.eye(15)
+        phi[POSITION, VELOCITY] = total * np.eye(3)
+        for column, rate in (
+            (ATTITUDE, -cross),
+            (ACCEL_BIAS, -rotation),
+            (GYRO_BIAS, bias_to_velocity),
+        ):
+            phi[VELOCITY, column], phi[POSITION, column] = both(rate)
+        phi[ATTITUDE, GYRO_BIAS] = -np.sum(rotation * step, axis=0)
+
+        eye = np.eye(3)
+        noise = np.zeros((15, 15))
+        accel = self._noise.accel**2
+        noise[VELOCITY, VELOCITY] = accel * total * eye
+        noise[POSITION, VELOCITY] = noise[VELOCITY, POSITION] = accel * total**2 / 2 * eye
+        noise[POSITION, POSITION] = accel * total**3 / 3 * eye
+        noise[ATTITUDE, ATTITUDE] = self._noise.gyro**2 * total * eye
+        noise[ACCEL_BIAS, ACCEL_BIAS] = self._noise.accel_bias**2 * total * eye
+        noise[GYRO_BIAS, GYRO_BIAS] = self._noise.gyro_bias**2 * total * eye
+        self.covariance = phi @ self.covariance @ phi.T + noise
+
+    def update(self, h: Array, residual: Array, r: Array) -> None:
+        """Kalman update in Joseph form.
+
+        Args:
+            h: Observation matrix, shape (m, 15).
+            residual: Measured minus predicted, shape (m,).
+            r: Variances of the measurement noise, shape (m,).
+        """
+        s = h @ self.covariance @ h.T + np.diag(r)
+        gain = np.linalg.solve(s, h @ self.covariance).T
+        keep = np.eye(15) - gain @ h
+        self.covariance = keep @ self.covariance @ keep.T + (gain * r) @ gain.T
+        self._inject(gain @ residual)
+
+    def _inject(self, error: Array) -> None:
+        self.position = self.position + error[POSITION]
+        self.velocity = self.velocity + error[VELOCITY]
+        x, y, z = error[ATTITUDE].tolist()
+        self.attitude = normalized(multiply(exponential((x, y, z)), self.attitude))
+        self.accel_bias = self.accel_bias + error[ACCEL_BIAS]
+        self.gyro_bias = self.gyro_bias + error[GYRO_BIAS]
+
+    def turn(self, angle: float, sigma: float) -> None:
+        """Turn the attitude about Up by an angle and restart the heading's uncertainty, rad.
+
+        Errors of velocity and attitude in ENU turn along; the heading forgets its correlations.
+        """
+        self.attitude = normalized(
+            multiply((0.0, 0.0, math.sin(angle / 2), math.cos(angle / 2)), self.attitude)
+        )
+        cosine, sine = math.cos(angle), math.sin(angle)
+        turn = np.eye(15)
+        turn[6:8, 6:8] = [[cosine, -sine], [sine, cosine]]
+        self.covariance = turn @ self.covariance @ turn.T
+        self.set_block(slice(8, 9), np.array([sigma]))
+
+    def set_block(self, block: slice, sigmas: Array) -> None:
+        """Give some error states new standard deviations and no correlations."""
+        self.covariance[block, :] = 0.0
+        self.covariance[:, block] = 0.0
+        self.covariance[block, block] = np.diag(np.square(sigmas))
+
+    @property
+    def heading_variance(self) -> float:
+        """Variance of the heading, rad²."""
+        return float(self.covariance[8, 8])

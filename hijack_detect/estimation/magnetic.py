@@ -1,0 +1,37 @@
+"""Heading from a magnetometer."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+
+from pygeomag import GeoMag
+
+from hijack_detect.estimation.rotation import rotate
+from hijack_detect.streams.samples import Quaternion, Vector3
+
+MODEL_YEAR = 2025.0
+"""Epoch of the World Magnetic Model. A fixed one keeps results reproducible; declination moves
+by less than 0.2° a year, far below a magnetometer's own error."""
+
+
+@cache
+def _model() -> GeoMag:
+    return GeoMag()
+
+
+def declination(latitude_deg: float, longitude_deg: float, altitude_m: float) -> float:
+    """Angle from true to magnetic North, radians, positive East (World Magnetic Model)."""
+    result = _model().calculate(
+        glat=latitude_deg, glon=longitude_deg, alt=altitude_m / 1000.0, time=MODEL_YEAR
+    )
+    return math.radians(result.d)
+
+
+def heading_error(attitude: Quaternion, field: Vector3, declination_rad: float) -> float:
+    """How far the attitude must turn about Up to agree with the measured field, radians.
+
+    The field turned into ENU must point at magnetic North, `declination_rad` East of North.
+    """
+    east, north, _ = rotate(attitude, field)
+    return math.remainder(math.pi / 2 - declination_rad - math.atan2(north, east), math.tau)
