@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Mapping
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 Value = float | int | bool | str
 P = TypeVar("P", bound="Parameters")
@@ -76,13 +76,11 @@ class Parameters:
 def _checked(field: dataclasses.Field[Any], value: Any) -> Value:
     """Return the value in its declared type, or raise ParameterError."""
     meta = field.metadata
-    kind = type(field.default)
+    kind: type = type(field.default)
     if kind is float and isinstance(value, int) and not isinstance(value, bool):
         value = float(value)
     if type(value) is not kind:
-        raise ParameterError(
-            f"parameter '{field.name}' must be {kind.__name__}, got {value!r}"
-        )
+        raise ParameterError(f"parameter '{field.name}' must be {kind.__name__}, got {value!r}")
     if meta["choices"] and value not in meta["choices"]:
         raise ParameterError(
             f"parameter '{field.name}' must be one of {', '.join(meta['choices'])}, got {value!r}"
@@ -95,4 +93,4 @@ def _checked(field: dataclasses.Field[Any], value: Any) -> Value:
                 f"parameter '{field.name}' must be within [{low}, {high}] {meta['unit']}".rstrip()
                 + f", got {value!r}"
             )
-    return value  # type: ignore[no-any-return]
+    return cast(Value, value)

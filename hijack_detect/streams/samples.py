@@ -20,7 +20,7 @@ NANOSECONDS = 1_000_000_000
 
 @dataclass(frozen=True, slots=True)
 class ImuSample:
-    """One `sensor_msgs/Imu` of raw data: angular velocity (rad/s) and specific force (m/s²), FLU."""
+    """One raw `sensor_msgs/Imu`: angular velocity (rad/s) and specific force (m/s²), FLU."""
 
     stamp_ns: int
     angular_velocity: Vector3

@@ -1,0 +1,134 @@
+"""Yaw against GPS course: Feng et al. 2018, §4.3, Algorithms 1 and 2, and a hardened variant."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from hijack_detect.detectors.correlation_parameters import CorrelationParameters
+from hijack_detect.detectors.follow import FollowsCourse
+from hijack_detect.detectors.persistence import Persistence
+from hijack_detect.detectors.verdict import State, Verdict
+from hijack_detect.detectors.window import Unwrap, WindowSums
+from hijack_detect.estimation.rotation import heading
+from hijack_detect.streams.samples import NANOSECONDS, AttitudeSample, CourseSample
+
+YAW, COURSE = 0, 1
+YAW_YAW, COURSE_COURSE, YAW_COURSE = 0, 1, 2
+
+
+@dataclass(frozen=True)
+class Trends:
+    """Yaw and course over one window."""
+
+    coefficient: float | None
+    """Pearson's ρ of Eq. 11; None where yaw or course did not turn at all."""
+    mean_difference: float
+    """Mean course minus mean yaw, rad, wrapped to [-π, π]."""
+
+
+class CorrelationDetector:
+    """Alarms when course and yaw neither turn together (ρ < ε) nor point together (|Δavg| > μ).
+
+    Between fixes the course is held (§5: one fix for ten IMU samples). It is evaluated at every
+    course sample. With σ → 0, on a perfectly straight flight, ρ is undefined and `ρ < ε` of
+    Algorithm 2 is not true: the verdict is NORMAL, "no turn to correlate".
+
+    With `follow_s > 0` the mean difference is taken relative to the crab angle of the time
+    before, and the verdict is NOT_OBSERVABLE while the nose does not follow the course: see
+    `FollowsCourse`.
+    """
+
+    NAME = "correlation"
+    inputs = ("attitude", "course")
+
+    def __init__(self, parameters: CorrelationParameters) -> None:
+        """Start with empty windows."""
+        self._parameters = p = parameters
+        self._smoothing = WindowSums(max(1, round(p.smoothing_s * NANOSECONDS)), 2)
+        self._window_ns = round(p.window_s * NANOSECONDS)
+        self._window = WindowSums(self._window_ns, 2, [(0, 0), (1, 1), (0, 1)])
+        self._follow = FollowsCourse(p) if p.follow_s > 0.0 else None
+        self._persistence = Persistence(p.persist_s)
+        self._unwrap_yaw, self._unwrap_course = Unwrap(), Unwrap()
+        self._held_course: float | None = None
+        self._heading_variance = math.inf
+
+    def update(self, name: str, sample: AttitudeSample | CourseSample) -> Verdict | None:
+        """Take the next sample in order of stamp; every course sample gives a verdict."""
+        if isinstance(sample, AttitudeSample):
+            self._add(sample)
+            return None
+        if sample.observable:
+            self._held_course = self._unwrap_course(sample.angle)
+        return self._evaluate(sample)
+
+    def _add(self, sample: AttitudeSample) -> None:
+        """Algorithm 1: smoothed yaw and held course enter the window."""
+        self._heading_variance = sample.heading_variance
+        if sample.orientation is None:
+            self._window.clear()
+            return
+        yaw = self._unwrap_yaw(heading(sample.orientation))
+        if self._held_course is None:
+            return
+        self._smoothing.add(sample.stamp_ns, (yaw, self._held_course))
+        smooth = (self._smoothing.mean(YAW), self._smoothing.mean(COURSE))
+        self._window.add(sample.stamp_ns, smooth)
+        if self._follow is not None:
+            self._follow.add(sample.stamp_ns, smooth[COURSE] - smooth[YAW])
+
+    def _trends(self) -> Trends:
+        variance = self._window.covariance(YAW_YAW) * self._window.covariance(COURSE_COURSE)
+        smallest = math.radians(self._parameters.min_sigma_deg)
+        flat = variance <= 0.0 or (
+            math.sqrt(self._window.covariance(YAW_YAW)) < smallest
+            and math.sqrt(self._window.covariance(COURSE_COURSE)) < smallest
+        )
+        coefficient = None if flat else self._window.covariance(YAW_COURSE) / math.sqrt(variance)
+        difference = self._window.mean(COURSE) - self._window.mean(YAW)
+        return Trends(coefficient, math.remainder(difference, math.tau))
+
+    def _evaluate(self, course: CourseSample) -> Verdict:
+        state, reason = self._obstacle(course)
+        if state is not None:
+            self._persistence.reset()
+            if self._follow is not None and not course.observable:
+                self._follow.interrupt()
+            return Verdict(self.NAME, course.stamp_ns, state, 0.0, 1.0, reason)
+        trends = self._trends()
+        crab = self._follow.offset if self._follow is not None else 0.0
+        difference = math.remainder(trends.mean_difference - crab, math.tau)
+        score, reason = self._score(trends.coefficient, abs(math.degrees(difference)))
+        state = self._persistence.state(course.stamp_ns, score > 1.0)
+        if self._follow is not None:
+            self._follow.frozen = state is not State.NORMAL
+        values = {"mean_difference": trends.mean_difference, "crab_angle": crab}
+        if trends.coefficient is not None:
+            values["coefficient"] = trends.coefficient
+        return Verdict(self.NAME, course.stamp_ns, state, score, 1.0, reason, values)
+
+    def _obstacle(self, course: CourseSample) -> tuple[State | None, str]:
+        """Why there is nothing to evaluate, if so."""
+        p = self._parameters
+        if self._held_course is None or self._window.span_ns < 0.9 * self._window_ns:
+            return State.NOT_READY, f"less than {p.window_s:g} s of yaw and course"
+        if not course.observable:
+            return State.NOT_OBSERVABLE, "no course: too slow, or repeated fixes"
+        sigma = math.degrees(math.sqrt(self._heading_variance))
+        if sigma > p.max_heading_sigma_deg:
+            return State.NOT_OBSERVABLE, f"heading uncertain by {sigma:.0f}° without turns"
+        problem = self._follow.problem() if self._follow is not None else ""
+        return (State.NOT_OBSERVABLE, problem) if problem else (None, "")
+
+    def _score(self, coefficient: float | None, difference_deg: float) -> tuple[float, str]:
+        """Algorithm 2 as one number that exceeds 1 exactly when both conditions hold."""
+        p = self._parameters
+        direction = difference_deg / p.mu_deg
+        told = f"|Δavg| {difference_deg:.1f}° (μ {p.mu_deg:g}°)"
+        if coefficient is None:
+            if self._follow is None:
+                return 0.0, f"no turn to correlate, {told}"
+            return direction, f"no turn, {told}"
+        trend = (1.0 - coefficient) / (1.0 - p.epsilon)
+        return min(trend, direction), f"ρ {coefficient:.2f} (ε {p.epsilon:g}), {told}"

@@ -1,0 +1,172 @@
+"""GPS acceleration against the accelerometer: the DATE'17 method of Feng et al. 2018, §3.4."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+
+from hijack_detect.detectors.persistence import Persistence
+from hijack_detect.detectors.verdict import State, Verdict
+from hijack_detect.detectors.window import WindowSums
+from hijack_detect.estimation.course import displacement
+from hijack_detect.estimation.ekf import GRAVITY
+from hijack_detect.estimation.rotation import Array, matrix
+from hijack_detect.parameters import Parameters, param
+from hijack_detect.streams.samples import (
+    NANOSECONDS,
+    AttitudeSample,
+    FixSample,
+    VelocitySample,
+)
+
+
+@dataclass(frozen=True)
+class DateParameters(Parameters):
+    """Defaults are the hardened variant; the faithful values of Feng 2018 are in each text."""
+
+    window_s: float = param(
+        2.0,
+        "Differences of acceleration are averaged over this time. Faithful: 2.0, as for the "
+        "correlation; the paper gives none.",
+        unit="s",
+        low=0.2,
+        high=60.0,
+    )
+    threshold: float = param(
+        1.5,
+        "Largest horizontal difference of acceleration that is normal. The paper gives none: "
+        "take it from clean flights of the vehicle. Raise it for strong vibration.",
+        unit="m/s²",
+        low=0.05,
+        high=50.0,
+    )
+    gps_lag_s: float = param(
+        0.15,
+        "Time from when a GPS velocity was true to its header stamp. Faithful: 0 (ignored).",
+        unit="s",
+        low=0.0,
+        high=1.0,
+    )
+    persist_s: float = param(
+        0.4,
+        "The difference must last this long to be an ALARM; SUSPICIOUS before. Faithful: 0.",
+        unit="s",
+        low=0.0,
+        high=60.0,
+    )
+    max_gap_s: float = param(
+        2.0,
+        "GPS velocities further apart than this are not compared.",
+        unit="s",
+        low=0.1,
+        high=60.0,
+    )
+
+
+@dataclass(frozen=True)
+class _Motion:
+    """A GPS velocity (ENU, m/s): stamp of the message it came with, and when it was true."""
+
+    stamp_ns: int
+    valid_ns: int
+    velocity: Array
+
+
+class DateDetector:
+    """Compares `Rᵀ(a_gps − g)` with the specific force in the body frame, horizontally.
+
+    An accelerometer measures specific force, so gravity is taken off the GPS acceleration
+    before it is turned into the body frame. The acceleration comes from successive GPS
+    velocities, or from fixes alone where the last GPS velocity is older than a second. Each
+    interval between two GPS samples gives one difference; Δa is their mean over the window.
+    """
+
+    NAME = "date"
+    inputs = ("attitude", "fix", "velocity")
+
+    def __init__(self, parameters: DateParameters) -> None:
+        """Start without history."""
+        self._parameters = p = parameters
+        self._lag_ns = round(p.gps_lag_s * NANOSECONDS)
+        self._window_ns = round(p.window_s * NANOSECONDS)
+        self._window = WindowSums(self._window_ns, 3)
+        self._persistence = Persistence(p.persist_s)
+        self._attitudes: deque[AttitudeSample] = deque()
+        self._motion: _Motion | None = None
+        self._fix: FixSample | None = None
+        self._velocity_ns: int | None = None
+
+    def update(
+        self, name: str, sample: AttitudeSample | FixSample | VelocitySample
+    ) -> Verdict | None:
+        """Take the next sample in order of stamp; every GPS velocity gives a verdict."""
+        if isinstance(sample, AttitudeSample):
+            self._attitudes.append(sample)
+            return None
+        if isinstance(sample, VelocitySample):
+            self._velocity_ns = stamp = sample.stamp_ns
+            return self._evaluate(_Motion(stamp, stamp - self._lag_ns, np.array(sample.velocity)))
+        motion = self._from_fixes(sample)
+        if self._velocity_ns is not None:
+            if sample.stamp_ns - self._velocity_ns <= NANOSECONDS:
+                return None
+            self._velocity_ns = None
+        return self._evaluate(motion)
+
+    def _from_fixes(self, fix: FixSample) -> _Motion | None:
+        """Velocity from the previous fix to this one, true half-way between them."""
+        previous, self._fix = self._fix, fix if fix.has_fix else None
+        if previous is None or not fix.has_fix:
+            return None
+        dt_ns = fix.stamp_ns - previous.stamp_ns
+        velocity = np.array(displacement(previous, fix)) * (NANOSECONDS / dt_ns)
+        return _Motion(fix.stamp_ns, fix.stamp_ns - self._lag_ns - dt_ns // 2, velocity)
+
+    def _evaluate(self, motion: _Motion | None) -> Verdict | None:
+        previous, self._motion = self._motion, motion
+        if motion is None or (previous is not None and previous.stamp_ns == motion.stamp_ns):
+            return None
+        difference = None if previous is None else self._difference(previous, motion)
+        if difference is None:
+            self._window.clear()
+        else:
+            self._window.add(motion.stamp_ns, difference.tolist())
+        return self._verdict(motion.stamp_ns)
+
+    def _difference(self, before: _Motion, after: _Motion) -> Array | None:
+        """Rᵀ(a_gps − g) − f over one interval, FLU, shape (3,); None where it is unknown."""
+        dt = (after.valid_ns - before.valid_ns) / NANOSECONDS
+        samples = self._take(before.valid_ns, after.valid_ns)
+        orientations = [s.orientation for s in samples if s.orientation is not None]
+        if not orientations or not 0.0 < dt <= self._parameters.max_gap_s:
+            return None
+        force = np.mean([s.specific_force for s in samples], axis=0)
+        rotation = np.mean([matrix(q) for q in orientations], axis=0)
+        acceleration = (after.velocity - before.velocity) / dt
+        difference: Array = rotation.T @ (acceleration + np.array([0.0, 0.0, GRAVITY])) - force
+        return difference
+
+    def _take(self, start_ns: int, end_ns: int) -> list[AttitudeSample]:
+        """Attitudes over (start, end]; they and older ones are forgotten."""
+        taken = []
+        while self._attitudes and self._attitudes[0].stamp_ns <= end_ns:
+            sample = self._attitudes.popleft()
+            if sample.stamp_ns > start_ns:
+                taken.append(sample)
+        return taken
+
+    def _verdict(self, stamp_ns: int) -> Verdict:
+        p = self._parameters
+        if self._window.span_ns < 0.8 * self._window_ns:
+            self._persistence.reset()
+            reason = f"less than {p.window_s:g} s of attitude and GPS velocity"
+            return Verdict(self.NAME, stamp_ns, State.NOT_READY, 0.0, p.threshold, reason)
+        ax, ay, az = (self._window.mean(axis) for axis in range(3))
+        score = math.hypot(ax, ay)
+        state = self._persistence.state(stamp_ns, score > p.threshold)
+        reason = f"Δa {score:.2f} m/s² (limit {p.threshold:g})"
+        values = {"delta_ax": ax, "delta_ay": ay, "delta_az": az}
+        return Verdict(self.NAME, stamp_ns, state, score, p.threshold, reason, values)

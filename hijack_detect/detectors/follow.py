@@ -1,0 +1,61 @@
+"""Whether the nose follows the course in this phase of flight."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+
+from hijack_detect.detectors.correlation_parameters import CorrelationParameters
+from hijack_detect.detectors.window import WindowSums
+from hijack_detect.streams.samples import NANOSECONDS
+
+
+class FollowsCourse:
+    """Course minus yaw in the time just before the detector's window.
+
+    Comparing yaw with course presumes that the vehicle flies where its nose points. A pilot who
+    flies sideways or backwards breaks that, and so does a multirotor that stops. The time before
+    the window says whether it holds, and how large the crab angle is.
+    """
+
+    def __init__(self, parameters: CorrelationParameters) -> None:
+        """Start without history."""
+        self._parameters = p = parameters
+        self._delay_ns = round(p.window_s * NANOSECONDS)
+        self._needed_ns = round(0.9 * p.follow_s * NANOSECONDS)
+        self._pending: deque[tuple[int, float]] = deque()
+        self._before = WindowSums(round(p.follow_s * NANOSECONDS), 1, [(0, 0)])
+        self.frozen = False
+        """While true the history is kept as it is: set during an alarm, which must not
+        become the new normal."""
+
+    def add(self, stamp_ns: int, difference: float) -> None:
+        """Add course minus yaw (rad, continuous) at a stamp."""
+        self._pending.append((stamp_ns, difference))
+        while self._pending and self._pending[0][0] <= stamp_ns - self._delay_ns:
+            old = self._pending.popleft()
+            if not self.frozen:
+                self._before.add(old[0], (old[1],))
+
+    def interrupt(self) -> None:
+        """Forget the history: the course was lost."""
+        self._pending.clear()
+        self._before.clear()
+        self.frozen = False
+
+    @property
+    def offset(self) -> float:
+        """Mean of course minus yaw before the window, rad, wrapped to [-π, π]."""
+        return math.remainder(self._before.mean(0), math.tau) if len(self._before) else 0.0
+
+    def problem(self) -> str:
+        """Why the method cannot tell now; empty if the nose follows the course."""
+        p = self._parameters
+        if self._before.span_ns < self._needed_ns:
+            return f"less than {p.follow_s:g} s of steady course before the window"
+        sigma = math.degrees(math.sqrt(self._before.covariance(0)))
+        if sigma > p.follow_sigma_deg:
+            return f"nose does not follow the course: difference varies by {sigma:.0f}°"
+        if abs(math.degrees(self.offset)) > p.follow_offset_deg:
+            return f"flying {math.degrees(self.offset):+.0f}° off the nose"
+        return ""

@@ -1,0 +1,165 @@
+"""Fuses the detectors' verdicts into one alert."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from hijack_detect.detectors.verdict import State, Verdict
+from hijack_detect.parameters import Parameters, param
+from hijack_detect.streams.samples import NANOSECONDS
+
+
+@dataclass(frozen=True)
+class FusionParameters(Parameters):
+    """Parameters of the fusion."""
+
+    policy: str = param(
+        "default",
+        "`paper`: alert when correlation and DATE have both claimed a hijack (§5: 'when the "
+        "results of all the methods are hijacked'), claims are kept for the flight; use it with "
+        "the faithful detectors. `any`: alert when any detector alarms. `default`: alert when "
+        "two detectors alarm within `together_s`, or one alone far beyond its threshold.",
+        choices=("paper", "any", "default"),
+    )
+    together_s: float = param(
+        10.0,
+        "Policy `default`: alarms of different detectors this close together count as one event.",
+        unit="s",
+        low=0.0,
+        high=600.0,
+    )
+    alone_margin: float = param(
+        2.0,
+        "Policy `default`: one detector in ALARM with at least this margin (score over "
+        "threshold) alerts by itself.",
+        low=1.0,
+        high=100.0,
+    )
+    stale_s: float = param(
+        3.0,
+        "A detector whose newest verdict is this much older than the newest of all is STALE.",
+        unit="s",
+        low=0.1,
+        high=600.0,
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class FusionResult:
+    """What the monitor claims at one header stamp.
+
+    `state` is the worst claim that can be made; it is NORMAL only if no expected detector is
+    missing or stale and at least one can tell. `alert` is latched until `reset`. `confidence`
+    is in [0, 1]: 0.5 for one detector at its threshold; it is not a calibrated probability.
+    """
+
+    stamp_ns: int
+    state: State
+    alert: bool
+    alert_since_ns: int | None
+    confidence: float
+    reason: str
+    detectors: Mapping[str, Verdict]
+    lost: tuple[str, ...]
+
+
+class Fusion:
+    """Keeps every detector's last verdict and decides on header stamps."""
+
+    NAME = "fusion"
+
+    def __init__(self, parameters: FusionParameters, detectors: Sequence[str]) -> None:
+        """Expect verdicts of the named detectors."""
+        self._parameters = parameters
+        self.inputs = tuple(detectors)
+        self._together_ns = round(parameters.together_s * NANOSECONDS)
+        self._stale_ns = round(parameters.stale_s * NANOSECONDS)
+        self._last: dict[str, Verdict] = {}
+        self.reset()
+
+    def reset(self) -> None:
+        """Take the alert back and forget what led to it (service `~/reset`)."""
+        self._alarmed: dict[str, Verdict] = {}
+        self._alert_since_ns: int | None = None
+        self._cause = ""
+
+    def update(self, name: str, verdict: Verdict) -> FusionResult:
+        """Take the next verdict in order of stamp."""
+        self._last[name] = verdict
+        if verdict.state is State.ALARM:
+            self._alarmed[name] = verdict
+        cause = self._decide(verdict)
+        if cause and self._alert_since_ns is None:
+            self._alert_since_ns, self._cause = verdict.stamp_ns, cause
+        return self._result(verdict.stamp_ns)
+
+    def _decide(self, verdict: Verdict) -> str:
+        """Sentence of cause if the policy alerts at this verdict, else empty."""
+        if verdict.state is not State.ALARM:
+            return ""
+        policy = self._parameters.policy
+        if policy == "any":
+            return _told([verdict])
+        if policy == "paper":
+            claimed = [self._alarmed[name] for name in self.inputs if name in self._alarmed]
+            return _told(claimed) if len(claimed) == len(self.inputs) else ""
+        recent = [
+            v for v in self._alarmed.values() if verdict.stamp_ns - v.stamp_ns <= self._together_ns
+        ]
+        alone = verdict.margin >= self._parameters.alone_margin
+        return _told(recent) if len(recent) > 1 or alone else ""
+
+    def _result(self, stamp_ns: int) -> FusionResult:
+        verdicts = {name: self._seen(name, stamp_ns) for name in self.inputs}
+        lost = tuple(name for name, v in verdicts.items() if v is None or v.state is State.STALE)
+        known = {name: v for name, v in verdicts.items() if v is not None}
+        state = self._state(known, lost)
+        return FusionResult(
+            stamp_ns,
+            state,
+            self._alert_since_ns is not None,
+            self._alert_since_ns,
+            self._confidence(known),
+            self._cause or _told(list(known.values())),
+            known,
+            lost,
+        )
+
+    def _seen(self, name: str, stamp_ns: int) -> Verdict | None:
+        """A detector's last verdict, as STALE if it is too old."""
+        verdict = self._last.get(name)
+        if verdict is None or stamp_ns - verdict.stamp_ns <= self._stale_ns:
+            return verdict
+        age = (stamp_ns - verdict.stamp_ns) / NANOSECONDS
+        return Verdict(
+            name, verdict.stamp_ns, State.STALE, 0.0, verdict.threshold, f"silent for {age:.1f} s"
+        )
+
+    def _state(self, known: Mapping[str, Verdict], lost: Sequence[str]) -> State:
+        states = [verdict.state for verdict in known.values()]
+        if self._alert_since_ns is not None:
+            return State.ALARM
+        if State.ALARM in states or State.SUSPICIOUS in states:
+            return State.SUSPICIOUS
+        if lost:
+            return State.STALE
+        for state in (State.NORMAL, State.NOT_OBSERVABLE):
+            if state in states:
+                return state
+        return State.NOT_READY
+
+    def _confidence(self, known: Mapping[str, Verdict]) -> float:
+        if self._alert_since_ns is not None:
+            return 1.0
+        doubt = 1.0
+        for verdict in known.values():
+            doubt *= 1.0 / (1.0 + verdict.margin**2)
+        return 1.0 - doubt
+
+
+def _told(verdicts: Sequence[Verdict]) -> str:
+    """Verdicts in words: detector, state, margin, reason."""
+    return "; ".join(
+        f"{v.detector} {v.state.value} margin {v.margin:.2f} ({v.reason})" for v in verdicts
+    )
