@@ -1,0 +1,12 @@
+"""Thin ROS 2 nodes, one file each: parameters, topics, QoS, nothing else."""
+
+# Every name is a module of this package with a main(), and the executable that starts it.
+# setup.py runs this file by itself, so it imports nothing.
+NODES = (
+    "attitude_estimator",
+    "gps_angle",
+    "correlation_detector",
+    "date_detector",
+    "fusion",
+    "bag_replay",
+)

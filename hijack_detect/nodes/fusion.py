@@ -1,0 +1,93 @@
+"""Fuses the detectors' verdicts into hijack_alert.
+
+Subscribes DETECTOR/verdict of every detector. Publishes hijack_alert (Bool, latched, reliable
+and transient local, repeated every second), hijack_confidence (Float64, 0 to 1), fusion/verdict
+(DiagnosticArray) and /diagnostics. Service ~/reset (std_srvs/Trigger) takes the alert back.
+"""
+
+from __future__ import annotations
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from std_msgs.msg import Bool, Float64
+from std_srvs.srv import Trigger
+
+from hijack_detect.detectors.fusion import Fusion, FusionParameters, FusionResult
+from hijack_detect.evaluation.graph import DETECTORS
+from hijack_detect.nodes.messages import fusion_message, status, verdict_from
+from hijack_detect.nodes.qos import INTERNAL, STATE
+from hijack_detect.nodes.running import run
+from hijack_detect.nodes.stage_node import Input, StageNode
+from hijack_detect.streams.samples import NANOSECONDS
+
+HEARTBEAT_S = 1.0
+
+
+class FusionNode(StageNode[FusionParameters]):
+    """Runs `Fusion`. Parameters are read-only: a change would lose a latched alert."""
+
+    def __init__(self) -> None:
+        """Subscribe and advertise."""
+        inputs = {
+            name: Input(f"{name}/verdict", DiagnosticArray, INTERNAL, verdict_from)
+            for name in DETECTORS
+        }
+        super().__init__(
+            "fusion",
+            FusionParameters,
+            lambda parameters: Fusion(parameters, DETECTORS),
+            inputs,
+            read_only=True,
+        )
+        self._alert = self.create_publisher(Bool, "hijack_alert", STATE)
+        self._confidence = self.create_publisher(Float64, "hijack_confidence", INTERNAL)
+        self._verdict = self.create_publisher(DiagnosticArray, "fusion/verdict", INTERNAL)
+        self.create_service(Trigger, "~/reset", self._reset)
+        self._result: FusionResult | None = None
+        self._heard_ns = self.get_clock().now().nanoseconds
+        self.create_timer(HEARTBEAT_S, self._heartbeat)
+        self._heartbeat()
+
+    def publish_output(self, output: FusionResult) -> None:
+        """Publish a result; log when the state or the alert changes."""
+        before, self._result = self._result, output
+        self._heard_ns = self.get_clock().now().nanoseconds
+        self._confidence.publish(Float64(data=output.confidence))
+        self._verdict.publish(fusion_message(output))
+        if before is None or before.alert != output.alert:
+            self._alert.publish(Bool(data=output.alert))
+        if before is None or (before.state, before.alert) != (output.state, output.alert):
+            seconds = output.stamp_ns / NANOSECONDS
+            told = f"{'HIJACK ALERT' if output.alert else output.state.value} at {seconds:.3f} s"
+            log = self.log.error if output.alert else self.log.info
+            log(f"{told}: {output.reason}")
+
+    def _reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        fusion = self.stage.component
+        assert isinstance(fusion, Fusion)
+        fusion.reset()
+        self._result = None
+        self._alert.publish(Bool(data=False))
+        self.log.warning("alert reset on request")
+        response.success, response.message = True, "alert reset"
+        return response
+
+    def _heartbeat(self) -> None:
+        """Repeat the alert and say in /diagnostics what the monitor can tell."""
+        result = self._result
+        self._alert.publish(Bool(data=result is not None and result.alert))
+        name = self.get_fully_qualified_name() + ": hijack alert"
+        silent_s = (self.get_clock().now().nanoseconds - self._heard_ns) / NANOSECONDS
+        if result is None or silent_s > self.parameters.stale_s:
+            text = f"no verdict of any detector for {silent_s:.0f} s"
+            self._publish_status(status(name, DiagnosticStatus.STALE, text, {}))
+        else:
+            self._publish_status(fusion_message(result).status[0])
+
+
+def main() -> None:
+    """Run the node."""
+    run(FusionNode, __doc__ or "")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,48 @@
+"""Course over ground from successive fixes.
+
+Subscribes gps/fix. Publishes gps/course (geometry_msgs/QuaternionStamped, rotation about Up from
+East, all zeros where the course is not observable) and gps_angle (std_msgs/Float64, Eq. 1 of
+Feng 2018: rad clockwise from North, 0 to 2 pi; the last value is held while not observable).
+"""
+
+from __future__ import annotations
+
+from geometry_msgs.msg import QuaternionStamped
+from sensor_msgs.msg import NavSatFix
+from std_msgs.msg import Float64
+
+from hijack_detect.estimation.course import CourseEstimator, CourseParameters, gps_angle
+from hijack_detect.nodes.messages import course_message
+from hijack_detect.nodes.qos import INTERNAL, SENSOR
+from hijack_detect.nodes.running import run
+from hijack_detect.nodes.stage_node import StageNode, sensor_input
+from hijack_detect.streams.samples import CourseSample
+
+
+class GpsAngleNode(StageNode[CourseParameters]):
+    """Runs `CourseEstimator`."""
+
+    def __init__(self) -> None:
+        """Subscribe and advertise."""
+        inputs = {"fix": sensor_input("fix", "gps/fix", NavSatFix, SENSOR)}
+        super().__init__("gps_angle", CourseParameters, CourseEstimator, inputs)
+        self._course = self.create_publisher(QuaternionStamped, "gps/course", INTERNAL)
+        self._angle = self.create_publisher(Float64, "gps_angle", INTERNAL)
+        self._held: float | None = None
+
+    def publish_output(self, output: CourseSample) -> None:
+        """Publish gps/course and gps_angle."""
+        self._course.publish(course_message(output, "map"))
+        if output.observable:
+            self._held = gps_angle(output)
+        if self._held is not None:
+            self._angle.publish(Float64(data=self._held))
+
+
+def main() -> None:
+    """Run the node."""
+    run(GpsAngleNode, __doc__ or "")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,135 @@
+"""From samples and verdicts to ROS messages, and verdicts back."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from geometry_msgs.msg import QuaternionStamped
+from sensor_msgs.msg import Imu
+
+from hijack_detect.detectors.fusion import FusionResult
+from hijack_detect.detectors.verdict import State, Verdict
+from hijack_detect.streams.messages import BadMessage
+from hijack_detect.streams.samples import NANOSECONDS, AttitudeSample, CourseSample
+
+LEVELS = {
+    State.NOT_READY: DiagnosticStatus.OK,
+    State.NOT_OBSERVABLE: DiagnosticStatus.OK,
+    State.NORMAL: DiagnosticStatus.OK,
+    State.SUSPICIOUS: DiagnosticStatus.WARN,
+    State.ALARM: DiagnosticStatus.ERROR,
+    State.STALE: DiagnosticStatus.STALE,
+}
+"""Level of a diagnostic status for each state."""
+
+TILT_VARIANCE = math.radians(1.5) ** 2
+"""Variance given for roll and pitch, rad²: what the estimator reaches on clean flights."""
+
+NO_ORIENTATION = -1.0
+"""First orientation covariance of an Imu without orientation (REP-145)."""
+
+
+def time_message(stamp_ns: int) -> Time:
+    """A stamp in nanoseconds as `builtin_interfaces/Time`."""
+    seconds, nanoseconds = divmod(stamp_ns, NANOSECONDS)
+    return Time(sec=seconds, nanosec=nanoseconds)
+
+
+def imu_message(sample: AttitudeSample, frame_id: str) -> Imu:
+    """`sensor_msgs/Imu` with orientation FLU → ENU and the raw readings (REP-145)."""
+    message = Imu()
+    message.header.stamp = time_message(sample.stamp_ns)
+    message.header.frame_id = frame_id
+    velocity, force = message.angular_velocity, message.linear_acceleration
+    velocity.x, velocity.y, velocity.z = sample.angular_velocity
+    force.x, force.y, force.z = sample.specific_force
+    if sample.orientation is None:
+        message.orientation_covariance[0] = NO_ORIENTATION
+        return message
+    q = message.orientation
+    q.x, q.y, q.z, q.w = sample.orientation
+    message.orientation_covariance[0] = TILT_VARIANCE
+    message.orientation_covariance[4] = TILT_VARIANCE
+    message.orientation_covariance[8] = sample.heading_variance
+    return message
+
+
+def course_message(sample: CourseSample, frame_id: str) -> QuaternionStamped:
+    """`geometry_msgs/QuaternionStamped` about Up; all zeros where not observable."""
+    message = QuaternionStamped()
+    message.header.stamp = time_message(sample.stamp_ns)
+    message.header.frame_id = frame_id
+    message.quaternion.z = sample.qz
+    message.quaternion.w = sample.qw
+    return message
+
+
+def verdict_message(verdict: Verdict) -> DiagnosticArray:
+    """A verdict as `diagnostic_msgs/DiagnosticArray`; numbers as text that reads back exactly."""
+    values = {
+        "state": verdict.state.value,
+        "score": repr(verdict.score),
+        "threshold": repr(verdict.threshold),
+        "margin": repr(verdict.margin),
+        **{name: repr(value) for name, value in verdict.values.items()},
+    }
+    return _array(verdict.stamp_ns, verdict.detector, verdict.state, verdict.reason, values)
+
+
+def fusion_message(result: FusionResult) -> DiagnosticArray:
+    """The fusion's result as `diagnostic_msgs/DiagnosticArray`."""
+    since = "" if result.alert_since_ns is None else str(result.alert_since_ns)
+    values = {
+        "state": result.state.value,
+        "alert": str(result.alert).lower(),
+        "alert_since_ns": since,
+        "confidence": repr(result.confidence),
+        "lost": " ".join(result.lost),
+        **{f"{name}.state": v.state.value for name, v in result.detectors.items()},
+        **{f"{name}.margin": repr(v.margin) for name, v in result.detectors.items()},
+    }
+    return _array(result.stamp_ns, "fusion", result.state, result.reason, values)
+
+
+def verdict_from(message: DiagnosticArray) -> Verdict:
+    """The verdict in a message made by `verdict_message`.
+
+    Raises:
+        BadMessage: It is no verdict; the text says what is missing or wrong.
+    """
+    if len(message.status) != 1:
+        raise BadMessage(f"a verdict has one status, this has {len(message.status)}")
+    status = message.status[0]
+    values = {pair.key: pair.value for pair in status.values}
+    try:
+        state = State(values.pop("state"))
+        score, threshold = float(values.pop("score")), float(values.pop("threshold"))
+        values.pop("margin", None)
+        numbers = {name: float(value) for name, value in values.items()}
+    except KeyError as error:
+        raise BadMessage(f"the verdict of {status.name!r} has no {error}") from error
+    except ValueError as error:
+        raise BadMessage(f"the verdict of {status.name!r}: {error}") from error
+    if not (math.isfinite(score) and math.isfinite(threshold) and threshold > 0.0):
+        raise BadMessage(f"the verdict of {status.name!r} has score {score} over {threshold}")
+    stamp = message.header.stamp
+    stamp_ns = stamp.sec * NANOSECONDS + stamp.nanosec
+    return Verdict(status.name, stamp_ns, state, score, threshold, status.message, numbers)
+
+
+def _array(
+    stamp_ns: int, name: str, state: State, reason: str, values: Mapping[str, str]
+) -> DiagnosticArray:
+    message = DiagnosticArray()
+    message.header.stamp = time_message(stamp_ns)
+    message.status = [status(name, LEVELS[state], reason, values)]
+    return message
+
+
+def status(name: str, level: bytes, text: str, values: Mapping[str, str]) -> DiagnosticStatus:
+    """A `diagnostic_msgs/DiagnosticStatus` with its values in order."""
+    pairs = [KeyValue(key=key, value=value) for key, value in values.items()]
+    return DiagnosticStatus(name=name, level=level, message=text, values=pairs)

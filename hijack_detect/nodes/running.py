@@ -1,0 +1,45 @@
+"""Starting and stopping a node's process cleanly."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+from collections.abc import Callable
+
+import rclpy
+from rclpy.executors import ExternalShutdownException
+from rclpy.experimental.events_executor import EventsExecutor
+from rclpy.node import Node
+from rclpy.utilities import ok, try_shutdown
+
+EXIT_BAD_INPUT = 2
+SPIN_S = 0.1
+"""The events executor of Jazzy hears signals only between calls with a time-out."""
+
+
+def run(make: Callable[[], Node], summary: str) -> None:
+    """Run a node until it is interrupted: the whole `main` of a node's executable.
+
+    A ValueError while the node is made (a parameter out of bounds, a bag that cannot be read)
+    ends the process with one line on stderr and exit code 2. `--help` prints the summary.
+    """
+    if {"-h", "--help"} & set(sys.argv[1:]):
+        print(summary.strip())
+        print("\nROS arguments: --ros-args -p NAME:=VALUE --params-file FILE -r FROM:=TO")
+        return
+    rclpy.init(args=sys.argv)
+    try:
+        node = make()
+    except ValueError as error:
+        print(f"error: {error}", file=sys.stderr)
+        try_shutdown()
+        sys.exit(EXIT_BAD_INPUT)
+    executor = EventsExecutor()
+    executor.add_node(node)
+    with contextlib.suppress(KeyboardInterrupt, ExternalShutdownException):
+        while ok():
+            executor.spin_once(timeout_sec=SPIN_S)
+    with contextlib.suppress(KeyboardInterrupt):
+        executor.remove_node(node)
+        node.destroy_node()
+        try_shutdown()

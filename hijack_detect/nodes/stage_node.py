@@ -1,0 +1,173 @@
+"""What every node of the monitor shares: parameters, inputs, one stage, diagnostics."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Generic, TypeVar
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from rcl_interfaces.msg import SetParametersResult
+from rclpy.impl.rcutils_logger import RcutilsLogger
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.qos import QoSProfile
+from rclpy.qos_overriding_options import QoSOverridingOptions
+
+from hijack_detect.evaluation.stage import Component, Stage
+from hijack_detect.nodes.messages import status
+from hijack_detect.nodes.parameters import current, declare
+from hijack_detect.parameters import ParameterError, Parameters
+from hijack_detect.streams.messages import CONVERTERS, BadMessage
+
+P = TypeVar("P", bound=Parameters)
+
+LOG_EVERY_S = 10.0
+
+
+@dataclass(frozen=True)
+class Input:
+    """A subscription that feeds the stage's input of the same name."""
+
+    topic: str
+    message_type: type
+    qos: QoSProfile
+    convert: Callable[[Any], Any]
+
+
+def sensor_input(name: str, topic: str, message_type: type, qos: QoSProfile) -> Input:
+    """An input converted by the converter of its name."""
+    return Input(topic, message_type, qos, CONVERTERS[name])
+
+
+class StageNode(Node, Generic[P]):
+    """A node that feeds messages to one stage and publishes what comes out.
+
+    A message that cannot be used is counted, told in the log, and reported on /diagnostics;
+    it never ends the node. The reliability of each subscription can be changed with the
+    standard `qos_overrides` parameters. Subclasses implement `publish_output`.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        parameters: type[P],
+        make: Callable[[P], Component],
+        inputs: Mapping[str, Input],
+        *,
+        read_only: bool = False,
+    ) -> None:
+        """Declare parameters and subscribe.
+
+        Args:
+            name: Name of the node.
+            parameters: Parameter dataclass.
+            make: Makes the estimator or detector from its parameters.
+            inputs: Subscription of each input; the component says which inputs it has.
+            read_only: Whether parameters cannot change while it runs. Otherwise a change makes
+                the component afresh, and it is NOT_READY until its windows are full again.
+
+        Raises:
+            ParameterError: A parameter is unknown or out of bounds.
+        """
+        super().__init__(name, automatically_declare_parameters_from_overrides=True)
+        self._kind, self._make_component = parameters, make
+        try:
+            self._settings = declare(self, parameters, read_only=read_only)
+        except ParameterError as error:
+            raise ParameterError(f"{name}: {error}") from error
+        self.stage = Stage(lambda: self._make_component(self._settings))
+        self.rejected: Counter[str] = Counter()
+        self._received: Counter[str] = Counter()
+        self._told: Counter[str] = Counter()
+        self.add_on_set_parameters_callback(self._check_change)
+        self.add_post_set_parameters_callback(self._apply_change)
+        for input_name, given in inputs.items():
+            self.create_subscription(
+                given.message_type,
+                given.topic,
+                self._callback(input_name, given),
+                given.qos,
+                qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+            )
+        self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        self.create_timer(1.0, self._report)
+
+    @property
+    def parameters(self) -> P:
+        """The parameters in force."""
+        return self._settings
+
+    @property
+    def log(self) -> RcutilsLogger:
+        """The node's logger."""
+        logger: RcutilsLogger = Node.get_logger(self)
+        return logger
+
+    def publish_output(self, output: Any) -> None:
+        """Publish one output of the stage."""
+        raise NotImplementedError
+
+    def _callback(self, name: str, given: Input) -> Callable[[Any], None]:
+        def received(message: Any) -> None:
+            self._received[name] += 1
+            try:
+                outputs = self.stage.push(name, given.convert(message))
+            except BadMessage as error:
+                self._reject(name, given.topic, message, str(error))
+                return
+            except Exception as error:  # a safety monitor outlives its own mistakes, and says so
+                self._reject(name, given.topic, message, f"internal error: {error!r}")
+                return
+            for output in outputs:
+                self.publish_output(output)
+
+        return received
+
+    def _reject(self, name: str, topic: str, message: Any, why: str) -> None:
+        self.rejected[f"{name}: bad message"] += 1
+        stamp = message.header.stamp
+        self.log.warning(
+            f"{self.resolve_topic_name(topic)}: message stamped "
+            f"{stamp.sec}.{stamp.nanosec:09d} left out: {why}",
+            throttle_duration_sec=LOG_EVERY_S,
+        )
+
+    def _check_change(self, changes: list[Parameter]) -> SetParametersResult:
+        try:
+            current(self, self._kind, self._own(changes))
+        except ParameterError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
+
+    def _apply_change(self, changes: list[Parameter]) -> None:
+        own = self._own(changes)
+        if own:
+            self._settings = current(self, self._kind, own)
+            self.stage.restart()
+            self.log.info(f"started afresh with {own}")
+
+    def _own(self, changes: list[Parameter]) -> dict[str, Any]:
+        names = set(self._kind.__dataclass_fields__)
+        return {change.name: change.value for change in changes if change.name in names}
+
+    def _report(self) -> None:
+        """Publish what was received and what was left out, once a second."""
+        refused = self.rejected + self.stage.refused
+        new = refused - self._told
+        for reason in new.keys() - self._told.keys():
+            self.log.warning(f"left out: {reason}")
+        self._told = refused
+        text = "; ".join(f"{reason} ({count})" for reason, count in new.items())
+        values = {f"received {name}": str(count) for name, count in self._received.items()}
+        values |= {f"left out, {reason}": str(count) for reason, count in refused.items()}
+        values["restarts"] = str(self.stage.restarts)
+        level = DiagnosticStatus.WARN if new else DiagnosticStatus.OK
+        name = self.get_fully_qualified_name() + ": inputs"
+        self._publish_status(status(name, level, text or "all messages used", values))
+
+    def _publish_status(self, one: DiagnosticStatus) -> None:
+        message = DiagnosticArray(status=[one])
+        message.header.stamp = self.get_clock().now().to_msg()
+        self._diagnostics.publish(message)
