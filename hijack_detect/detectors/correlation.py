@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from dataclasses import dataclass
 
 from hijack_detect.detectors.correlation_parameters import CorrelationParameters
@@ -51,6 +52,8 @@ class CorrelationDetector:
         self._follow = FollowsCourse(p) if p.follow_s > 0.0 else None
         self._persistence = Persistence(p.persist_s)
         self._unwrap_yaw, self._unwrap_course = Unwrap(), Unwrap()
+        self._lag_ns = round(p.course_lag_s * NANOSECONDS)
+        self._yaws: deque[tuple[int, float]] = deque()
         self._held_course: float | None = None
         self._heading_variance = math.inf
 
@@ -68,15 +71,24 @@ class CorrelationDetector:
         self._heading_variance = sample.heading_variance
         if sample.orientation is None:
             self._window.clear()
+            self._yaws.clear()
             return
-        yaw = self._unwrap_yaw(heading(sample.orientation))
-        if self._held_course is None:
+        self._yaws.append((sample.stamp_ns, self._unwrap_yaw(heading(sample.orientation))))
+        yaw = self._held_back_yaw(sample.stamp_ns)
+        if yaw is None or self._held_course is None:
             return
         self._smoothing.add(sample.stamp_ns, (yaw, self._held_course))
         smooth = (self._smoothing.mean(YAW), self._smoothing.mean(COURSE))
         self._window.add(sample.stamp_ns, smooth)
         if self._follow is not None:
             self._follow.add(sample.stamp_ns, smooth[COURSE] - smooth[YAW])
+
+    def _held_back_yaw(self, stamp_ns: int) -> float | None:
+        """The yaw that belongs to the course held now."""
+        yaw = None
+        while self._yaws and self._yaws[0][0] <= stamp_ns - self._lag_ns:
+            yaw = self._yaws.popleft()[1]
+        return yaw
 
     def _trends(self) -> Trends:
         variance = self._window.covariance(YAW_YAW) * self._window.covariance(COURSE_COURSE)

@@ -26,6 +26,15 @@ class CorrelationParameters(Parameters):
         low=0.0,
         high=10.0,
     )
+    course_lag_s: float = param(
+        0.35,
+        "How far a course lags behind the yaw: GPS lag, half the time between the two fixes it "
+        "comes from, and half the time it is held; the yaw is held back by as much. In turns of "
+        "30°/s 0.35 s is 10°. Faithful: 0 (ignored).",
+        unit="s",
+        low=0.0,
+        high=5.0,
+    )
     epsilon: float = param(
         0.85,
         "ε: trends agree above this correlation coefficient (Eq. 11). Faithful: 0.85.",

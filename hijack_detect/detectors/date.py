@@ -57,6 +57,14 @@ class DateParameters(Parameters):
         low=0.0,
         high=60.0,
     )
+    max_tilt_deg: float = param(
+        75.0,
+        "NOT_OBSERVABLE for one window after the body was tilted by more than this: a vehicle "
+        "that tumbles or has crashed. Faithful: 180 (off).",
+        unit="deg",
+        low=10.0,
+        high=180.0,
+    )
     max_gap_s: float = param(
         2.0,
         "GPS velocities further apart than this are not compared.",
@@ -98,6 +106,8 @@ class DateDetector:
         self._motion: _Motion | None = None
         self._fix: FixSample | None = None
         self._velocity_ns: int | None = None
+        self._lowest_up = math.cos(math.radians(p.max_tilt_deg))
+        self._tumbled_ns: int | None = None
 
     def update(
         self, name: str, sample: AttitudeSample | FixSample | VelocitySample
@@ -105,6 +115,8 @@ class DateDetector:
         """Take the next sample in order of stamp; every GPS velocity gives a verdict."""
         if isinstance(sample, AttitudeSample):
             self._attitudes.append(sample)
+            if sample.orientation is not None and up_component(sample) < self._lowest_up:
+                self._tumbled_ns = sample.stamp_ns
             return None
         if isinstance(sample, VelocitySample):
             self._velocity_ns = stamp = sample.stamp_ns
@@ -164,9 +176,20 @@ class DateDetector:
             self._persistence.reset()
             reason = f"less than {p.window_s:g} s of attitude and GPS velocity"
             return Verdict(self.NAME, stamp_ns, State.NOT_READY, 0.0, p.threshold, reason)
+        if self._tumbled_ns is not None and stamp_ns - self._tumbled_ns <= self._window_ns:
+            self._persistence.reset()
+            reason = f"tilted by more than {p.max_tilt_deg:g}°: tumbling or crashed"
+            return Verdict(self.NAME, stamp_ns, State.NOT_OBSERVABLE, 0.0, p.threshold, reason)
         ax, ay, az = (self._window.mean(axis) for axis in range(3))
         score = math.hypot(ax, ay)
         state = self._persistence.state(stamp_ns, score > p.threshold)
         reason = f"Δa {score:.2f} m/s² (limit {p.threshold:g})"
         values = {"delta_ax": ax, "delta_ay": ay, "delta_az": az}
         return Verdict(self.NAME, stamp_ns, state, score, p.threshold, reason, values)
+
+
+def up_component(sample: AttitudeSample) -> float:
+    """Cosine of the tilt: the Up component of the body's z axis."""
+    assert sample.orientation is not None
+    x, y, _, _ = sample.orientation
+    return 1.0 - 2.0 * (x * x + y * y)

@@ -9,6 +9,9 @@ from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.parameters import Parameters, param
 from hijack_detect.streams.samples import NANOSECONDS
 
+SUPPORTING = frozenset({"correlation"})
+"""Detectors whose alarm alone is no proof: what they see has innocent causes."""
+
 
 @dataclass(frozen=True)
 class FusionParameters(Parameters):
@@ -17,24 +20,25 @@ class FusionParameters(Parameters):
     policy: str = param(
         "default",
         "`paper`: alert when correlation and DATE have both claimed a hijack (§5: 'when the "
-        "results of all the methods are hijacked'), claims are kept for the flight; use it with "
+        "results of all the methods are hijacked'); claims are kept for the flight. Use it with "
         "the faithful detectors. `any`: alert when any detector alarms. `default`: alert when "
-        "two detectors alarm within `together_s`, or one alone far beyond its threshold.",
+        "DATE alarms, or when the correlation alarms and DATE comes close to it.",
         choices=("paper", "any", "default"),
     )
     together_s: float = param(
-        10.0,
-        "Policy `default`: alarms of different detectors this close together count as one event.",
+        5.0,
+        "Policy `default`: the correlation's alarm and DATE's margin this close together count "
+        "as one event.",
         unit="s",
         low=0.0,
         high=600.0,
     )
-    alone_margin: float = param(
-        2.0,
-        "Policy `default`: one detector in ALARM with at least this margin (score over "
-        "threshold) alerts by itself.",
-        low=1.0,
-        high=100.0,
+    together_margin: float = param(
+        0.8,
+        "Policy `default`: with an alarm of the correlation this margin of DATE alerts. The "
+        "correlation alone never does: a pilot who begins to fly sideways looks the same.",
+        low=0.1,
+        high=1.0,
     )
     stale_s: float = param(
         3.0,
@@ -76,19 +80,25 @@ class Fusion:
         self._together_ns = round(parameters.together_s * NANOSECONDS)
         self._stale_ns = round(parameters.stale_s * NANOSECONDS)
         self._last: dict[str, Verdict] = {}
+        self._first_ns: int | None = None
         self.reset()
 
     def reset(self) -> None:
         """Take the alert back and forget what led to it (service `~/reset`)."""
         self._alarmed: dict[str, Verdict] = {}
+        self._close: dict[str, Verdict] = {}
         self._alert_since_ns: int | None = None
         self._cause = ""
 
     def update(self, name: str, verdict: Verdict) -> FusionResult:
         """Take the next verdict in order of stamp."""
         self._last[name] = verdict
+        if self._first_ns is None:
+            self._first_ns = verdict.stamp_ns
         if verdict.state is State.ALARM:
             self._alarmed[name] = verdict
+        elif name not in SUPPORTING and verdict.margin >= self._parameters.together_margin:
+            self._close[name] = verdict
         cause = self._decide(verdict)
         if cause and self._alert_since_ns is None:
             self._alert_since_ns, self._cause = verdict.stamp_ns, cause
@@ -96,23 +106,30 @@ class Fusion:
 
     def _decide(self, verdict: Verdict) -> str:
         """Sentence of cause if the policy alerts at this verdict, else empty."""
-        if verdict.state is not State.ALARM:
-            return ""
+        alarm = verdict.state is State.ALARM
         policy = self._parameters.policy
-        if policy == "any":
-            return _told([verdict])
         if policy == "paper":
-            claimed = [self._alarmed[name] for name in self.inputs if name in self._alarmed]
-            return _told(claimed) if len(claimed) == len(self.inputs) else ""
-        recent = [
-            v for v in self._alarmed.values() if verdict.stamp_ns - v.stamp_ns <= self._together_ns
+            claims = list(self._alarmed.values())
+            return _told(claims) if len(claims) == len(self.inputs) else ""
+        if alarm and (policy == "any" or verdict.detector not in SUPPORTING):
+            return _told([verdict])
+        if policy == "any":
+            return ""
+        near = [
+            v
+            for v in (*self._alarmed.values(), *self._close.values())
+            if verdict.stamp_ns - v.stamp_ns <= self._together_ns
         ]
-        alone = verdict.margin >= self._parameters.alone_margin
-        return _told(recent) if len(recent) > 1 or alone else ""
+        supported = {v.detector in SUPPORTING for v in near} == {True, False}
+        return _told(near) if supported else ""
 
     def _result(self, stamp_ns: int) -> FusionResult:
         verdicts = {name: self._seen(name, stamp_ns) for name in self.inputs}
-        lost = tuple(name for name, v in verdicts.items() if v is None or v.state is State.STALE)
+        assert self._first_ns is not None
+        late = stamp_ns - self._first_ns > self._stale_ns
+        lost = tuple(
+            name for name, v in verdicts.items() if (late if v is None else v.state is State.STALE)
+        )
         known = {name: v for name, v in verdicts.items() if v is not None}
         state = self._state(known, lost)
         return FusionResult(

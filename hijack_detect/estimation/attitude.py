@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Callable
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from hijack_detect.estimation.ekf import (
     Ekf,
     ProcessNoise,
 )
+from hijack_detect.estimation.filter_bank import FilterBank
 from hijack_detect.estimation.geodesy import LocalFrame
 from hijack_detect.estimation.imu_buffer import ImuBuffer, mean
 from hijack_detect.estimation.magnetic import declination, heading_error
@@ -73,7 +75,7 @@ class AttitudeEstimator:
         self._restart()
 
     def _restart(self) -> None:
-        self._ekf: Ekf | None = None
+        self._bank: FilterBank | None = None
         self._filter_ns = 0
         """Time that the filter has reached; counts once there is a filter."""
         self._magnetic: deque[MagneticSample] = deque()
@@ -85,24 +87,24 @@ class AttitudeEstimator:
         self._frame: LocalFrame | None = None
         self._declination: float | None = None
         self._last_imu: ImuSample | None = None
-        self._last_position: Vector3 | None = None
+        self._last_position: Array | None = None
         self._course = CourseEstimator(CourseParameters(min_speed=self._parameters.align_speed))
 
     @property
     def ekf(self) -> Ekf | None:
         """The filter, None while levelling."""
-        return self._ekf
+        return None if self._bank is None else self._bank.best
 
     def update(self, name: str, sample: Sample) -> AttitudeSample | None:
         """Take the next sample in order of stamp; every IMU sample gives an attitude."""
         if isinstance(sample, ImuSample):
             return self._imu(sample)
-        if self._ekf is None:
+        if self._bank is None:
             return None
         if isinstance(sample, FixSample):
-            self._fix(self._ekf, sample)
+            self._fix(self._bank, sample)
         elif isinstance(sample, VelocitySample):
-            self._velocity(self._ekf, sample)
+            self._velocity(self._bank, sample)
         elif isinstance(sample, MagneticSample) and self._parameters.use_mag:
             self._magnetic.append(sample)
         return None
@@ -113,19 +115,19 @@ class AttitudeEstimator:
             dt = (sample.stamp_ns - last.stamp_ns) / NANOSECONDS
             if dt > self._parameters.max_imu_gap_s:
                 self._restart()
-            elif self._ekf is not None:
+            elif self._bank is not None:
                 omega = self._unbiased(mean(last.angular_velocity, sample.angular_velocity))
                 self._output = _turned(self._output, dt, omega)
                 if self._integration is not None:
                     self._integration.step(omega, dt)
         self._last_imu = sample
         self._buffer.append(sample)
-        if self._ekf is None:
+        if self._bank is None:
             self._level(sample)
         elif sample.stamp_ns - self._filter_ns > OUTAGE_STEP_NS + self._lag_ns:
-            self._advance(self._ekf, sample.stamp_ns - self._lag_ns)
-            self._carry_output(self._ekf)
-        variance = self._ekf.heading_variance if self._ekf and self._aligned else math.inf
+            self._advance(self._bank, sample.stamp_ns - self._lag_ns)
+            self._carry_output(self._bank.best)
+        variance = self._heading_variance()
         self._settled |= math.sqrt(variance) < math.radians(self._parameters.settled_sigma_deg)
         return AttitudeSample(
             sample.stamp_ns,
@@ -134,6 +136,12 @@ class AttitudeEstimator:
             sample.angular_velocity,
             sample.specific_force,
         )
+
+    def _heading_variance(self) -> float:
+        """Variance of the heading, rad²; infinite while several headings are possible."""
+        if self._bank is None or not self._aligned or not self._bank.decided:
+            return math.inf
+        return self._bank.best.heading_variance
 
     def _orientation(self) -> Quaternion | None:
         """What is published: None until it can be trusted."""
@@ -146,26 +154,27 @@ class AttitudeEstimator:
             return
         roll, pitch = level(self._buffer.mean_specific_force())
         self._output = from_roll_pitch_yaw(roll, pitch, 0.0)
-        self._ekf = Ekf(self._output, INITIAL_SIGMAS, self._noise)
+        self._bank = FilterBank(Ekf(self._output, INITIAL_SIGMAS, self._noise))
         self._filter_ns = sample.stamp_ns
 
     def _unbiased(self, omega: Vector3) -> Vector3:
-        assert self._ekf is not None
-        bx, by, bz = self._ekf.gyro_bias.tolist()
+        assert self._bank is not None
+        bx, by, bz = self._bank.best.gyro_bias.tolist()
         return (omega[0] - bx, omega[1] - by, omega[2] - bz)
 
-    def _advance(self, ekf: Ekf, to_ns: int) -> None:
-        """Move the filter to a time, as far as there are IMU samples, by way of the compass."""
+    def _advance(self, bank: FilterBank, to_ns: int) -> None:
+        """Move the filters to a time, as far as there are IMU samples, by way of the compass."""
         to_ns = min(to_ns, self._buffer.newest_ns)
         while self._magnetic and self._magnetic[0].stamp_ns <= to_ns:
             sample = self._magnetic.popleft()
-            self._propagate(ekf, sample.stamp_ns)
-            self._mag(ekf, sample)
-        self._propagate(ekf, to_ns)
+            self._propagate(bank, sample.stamp_ns)
+            self._mag(bank, sample)
+        self._propagate(bank, to_ns)
 
-    def _propagate(self, ekf: Ekf, to_ns: int) -> None:
+    def _propagate(self, bank: FilterBank, to_ns: int) -> None:
         if to_ns > self._filter_ns:
-            ekf.propagate(self._buffer.take(self._filter_ns, to_ns))
+            block = self._buffer.take(self._filter_ns, to_ns)
+            bank.apply(lambda ekf: ekf.propagate(block))
             self._filter_ns = to_ns
 
     def _carry_output(self, ekf: Ekf) -> None:
@@ -175,52 +184,54 @@ class AttitudeEstimator:
             q = _turned(q, dt, self._unbiased(omega))
         self._output = q
 
-    def _fix(self, ekf: Ekf, fix: FixSample) -> None:
+    def _fix(self, bank: FilterBank, fix: FixSample) -> None:
         course = self._course.update("fix", fix)
         if not fix.has_fix:
             return
-        self._advance(ekf, fix.stamp_ns - self._lag_ns)
+        self._advance(bank, fix.stamp_ns - self._lag_ns)
         if self._frame is None:
             self._frame = LocalFrame(fix)
             self._declination = declination(fix.latitude_deg, fix.longitude_deg, fix.altitude_m)
-        self._last_position = position = self._frame.enu(fix)
+        self._last_position = position = np.array(self._frame.enu(fix))
         if not self._aligned and course.observable:
-            sigma = math.radians(self._parameters.align_sigma_deg)
-            speed = self._course.speed
-            velocity = np.array(
-                [speed * math.cos(course.angle), speed * math.sin(course.angle), 0.0]
-            )
-            self._align(ekf, course.angle - heading(ekf.attitude), sigma, velocity)
+            east, north = math.cos(course.angle), math.sin(course.angle)
+            velocity = self._course.speed * np.array([east, north, 0.0])
+            self._align(bank.best, course.angle - heading(bank.best.attitude), velocity)
+            bank.split(math.radians(self._parameters.align_sigma_deg))
         p = self._parameters
         variances = np.square([p.position_sigma, p.position_sigma, p.height_sigma])
-        self._measure(ekf, POSITION, np.array(position) - ekf.position, variances)
+        self._measure(bank, POSITION, lambda ekf: position - ekf.position, variances)
 
-    def _velocity(self, ekf: Ekf, sample: VelocitySample) -> None:
-        self._advance(ekf, sample.stamp_ns - self._lag_ns)
-        residual = np.array(sample.velocity) - ekf.velocity
+    def _velocity(self, bank: FilterBank, sample: VelocitySample) -> None:
+        self._advance(bank, sample.stamp_ns - self._lag_ns)
+        velocity = np.array(sample.velocity)
         variances = np.full(3, self._parameters.velocity_sigma**2)
-        self._measure(ekf, VELOCITY, residual, variances)
+        self._measure(bank, VELOCITY, lambda ekf: velocity - ekf.velocity, variances)
 
-    def _measure(self, ekf: Ekf, block: slice, residual: Array, variances: Array) -> None:
+    def _measure(
+        self, bank: FilterBank, block: slice, residual: Callable[[Ekf], Array], variances: Array
+    ) -> None:
+        """Use a GPS measurement; before the heading is known only its vertical part.
+
+        Then a horizontal velocity of about zero keeps roll and pitch upright instead.
+        """
         h = np.eye(15)[block]
-        if not self._aligned:
-            h, residual, variances = self._upright_only(ekf, h, residual, variances)
-        ekf.update(h, residual, variances)
-        self._carry_output(ekf)
+        if self._aligned:
+            bank.measure(h, residual, variances)
+        else:
+            upright = np.vstack([np.eye(15)[3:5], h[2:]])
+            bank.measure(
+                upright,
+                lambda ekf: np.concatenate([-ekf.velocity[:2], residual(ekf)[2:]]),
+                np.concatenate([[1.0, 1.0], variances[2:]]),
+            )
+        self._carry_output(bank.best)
 
-    def _upright_only(
-        self, ekf: Ekf, h: Array, residual: Array, variances: Array
-    ) -> tuple[Array, Array, Array]:
-        """Vertical part of a GPS measurement, and a horizontal velocity of about zero."""
-        h = np.vstack([np.eye(15)[3:5], h[2:]])
-        residual = np.concatenate([-ekf.velocity[:2], residual[2:]])
-        variances = np.concatenate([[1.0, 1.0], variances[2:]])
-        return h, residual, variances
-
-    def _align(self, ekf: Ekf, angle: float, sigma: float, velocity: Array) -> None:
+    def _align(self, ekf: Ekf, angle: float, velocity: Array) -> None:
+        """Turn the filter to a first heading and start position and velocity on the GPS."""
         assert self._last_position is not None
-        ekf.turn(angle, sigma)
-        ekf.position = np.array(self._last_position)
+        ekf.turn(angle, math.radians(self._parameters.align_sigma_deg))
+        ekf.position = self._last_position
         ekf.velocity = velocity
         ekf.set_block(POSITION, RESTART_SIGMAS[POSITION])
         ekf.set_block(VELOCITY, RESTART_SIGMAS[VELOCITY])
@@ -229,16 +240,19 @@ class AttitudeEstimator:
             heading(ekf.attitude), first_order=self._parameters.first_order
         )
 
-    def _mag(self, ekf: Ekf, sample: MagneticSample) -> None:
+    def _mag(self, bank: FilterBank, sample: MagneticSample) -> None:
         """Heading from the magnetometer; the first one aligns the filter."""
-        if self._declination is None:
+        turn = self._declination
+        if turn is None:
             return
-        error = heading_error(ekf.attitude, sample.field, self._declination)
-        sigma = math.radians(self._parameters.mag_sigma_deg)
         if not self._aligned:
-            self._align(ekf, error, sigma, np.zeros(3))
-            return
-        ekf.update(np.eye(15)[8:9], np.array([error]), np.array([sigma**2]))
+            error = heading_error(bank.best.attitude, sample.field, turn)
+            self._align(bank.best, error, np.zeros(3))
+        bank.measure(
+            np.eye(15)[8:9],
+            lambda ekf: np.array([heading_error(ekf.attitude, sample.field, turn)]),
+            np.array([math.radians(self._parameters.mag_sigma_deg) ** 2]),
+        )
 
 
 def _turned(q: Quaternion, dt: float, omega: Vector3) -> Quaternion:

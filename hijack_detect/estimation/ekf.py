@@ -144,8 +144,8 @@ class Ekf:
         noise[GYRO_BIAS, GYRO_BIAS] = self._noise.gyro_bias**2 * total * eye
         self.covariance = phi @ self.covariance @ phi.T + noise
 
-    def update(self, h: Array, residual: Array, r: Array) -> None:
-        """Kalman update in Joseph form.
+    def update(self, h: Array, residual: Array, r: Array) -> float:
+        """Kalman update in Joseph form; returns the log likelihood of the innovation.
 
         Args:
             h: Observation matrix, shape (m, 15).
@@ -157,6 +157,8 @@ class Ekf:
         keep = np.eye(15) - gain @ h
         self.covariance = keep @ self.covariance @ keep.T + (gain * r) @ gain.T
         self._inject(gain @ residual)
+        distance = residual @ np.linalg.solve(s, residual)
+        return float(-0.5 * (distance + np.linalg.slogdet(s)[1]))
 
     def _inject(self, error: Array) -> None:
         self.position = self.position + error[POSITION]

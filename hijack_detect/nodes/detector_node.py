@@ -53,6 +53,4 @@ class DetectorNode(StageNode[P]):
             publisher.publish(Float64(data=output.values.get(figure, math.nan)))
         if output.state is not self._state:
             self._state = output.state
-            self.log.info(
-                f"{output.state.value} margin {output.margin:.2f}: {output.reason}"
-            )
+            self.log.info(f"{output.state.value} margin {output.margin:.2f}: {output.reason}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -64,6 +65,23 @@ class Scenario:
                 )
         if problems:
             raise ScenarioError(problems)
+
+    def moved_to(self, onset_s: float) -> Scenario:
+        """The same attacks, moved in time so that the first one starts at `onset_s`.
+
+        What a replay plays back stays the piece it was.
+        """
+        by = onset_s - self.segments[0].start_s
+        moved = [
+            segment.model_copy(
+                update={
+                    "start_s": segment.start_s + by,
+                    "end_s": None if segment.end_s is None else segment.end_s + by,
+                }
+            )
+            for segment in self.segments
+        ]
+        return dataclasses.replace(self, segments=tuple(moved))
 
     def _numbers(self) -> Sequence[int]:
         return self.numbers or range(1, len(self.segments) + 1)
