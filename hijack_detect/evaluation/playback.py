@@ -82,6 +82,10 @@ class Playback:
             length_ns = round(parameters.duration_s * NANOSECONDS)
             self.end_ns = min(self.end_ns, self.start_ns + length_ns)
 
+    def close(self) -> None:
+        """Close the bag."""
+        self.reader.close()
+
     def messages(self) -> Iterator[Outgoing]:
         """Yield everything to publish, from start to end; each call is a new pass.
 

@@ -57,9 +57,10 @@ class FusionNode(StageNode[FusionParameters]):
             self._alert.publish(Bool(data=output.alert))
         if before is None or (before.state, before.alert) != (output.state, output.alert):
             seconds = output.stamp_ns / NANOSECONDS
-            told = f"{'HIJACK ALERT' if output.alert else output.state.value} at {seconds:.3f} s"
-            log = self.log.error if output.alert else self.log.info
-            log(f"{told}: {output.reason}")
+            if output.alert:
+                self.log.error(f"HIJACK ALERT at {seconds:.3f} s: {output.reason}")
+            else:
+                self.log.info(f"{output.state.value} at {seconds:.3f} s: {output.reason}")
 
     def _reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         fusion = self.stage.component

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import yaml
 from pydantic import ValidationError
 
 from hijack_detect.spoofing.problems import label, sentences
@@ -82,6 +83,15 @@ class Scenario:
             for segment in self.segments
         ]
         return dataclasses.replace(self, segments=tuple(moved))
+
+    def to_yaml(self) -> str:
+        """The scenario as the text of a scenario file."""
+        segments = [
+            segment.model_dump(mode="json", by_alias=True, exclude_none=True)
+            for segment in self.segments
+        ]
+        data = {"description": self.description, "segments": segments}
+        return yaml.safe_dump(data, sort_keys=False)
 
     def _numbers(self) -> Sequence[int]:
         return self.numbers or range(1, len(self.segments) + 1)

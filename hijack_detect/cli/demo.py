@@ -1,0 +1,161 @@
+"""The demonstration: real nodes, a replayed flight, a spoofed GPS."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import tempfile
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import rclpy
+from ament_index_python.packages import get_package_share_directory
+from rclpy.executors import Executor
+from rclpy.experimental.events_executor import EventsExecutor
+from rclpy.signals import SignalHandlerOptions
+from rich.console import Console
+from rich.live import Live
+
+from hijack_detect.bags.reader import BagReader
+from hijack_detect.bags.topics import topic_map
+from hijack_detect.cli.demo_view import live_line, timeline
+from hijack_detect.cli.listener import Listener
+from hijack_detect.cli.processes import PACKAGE, NodeError, NodeProcesses
+from hijack_detect.evaluation.offline import OfflineRun, spoofed_samples
+from hijack_detect.evaluation.outcome import Attack, alert_is_right
+from hijack_detect.spoofing.scenario import Scenario, load_scenario
+from hijack_detect.streams.samples import NANOSECONDS
+
+MONITOR = ("attitude_estimator", "gps_angle", "correlation_detector", "date_detector", "fusion")
+DEFAULT_BAG = "bags/curved_8"
+DEFAULT_SCENARIO = "turn_away_track"
+LAST_WORDS_S = 1.0
+"""Quiet time after the replay's end that shows that every verdict has arrived."""
+DOMAINS = 100
+"""First domain id that a demonstration may choose; the DDS ports go up to 232."""
+
+
+@dataclass(frozen=True)
+class DemoOptions:
+    """What to show; None means the demonstration's own."""
+
+    bag: Path | None
+    scenario: str | None
+    onset_s: float | None
+    rate: float
+    policy: str
+    logs: Path | None
+
+
+def run_demo(options: DemoOptions) -> bool:
+    """Run the demonstration and print its timeline; true if the alert came when it should.
+
+    Raises:
+        ValueError: The bag or scenario cannot be used, or a node does not run.
+    """
+    share = Path(get_package_share_directory(PACKAGE))
+    bag = options.bag or share / DEFAULT_BAG
+    scenario = _scenario(options, share)
+    console = Console()
+    with contextlib.ExitStack() as stack:
+        reader = stack.enter_context(BagReader(bag))
+        reader.require(topic_map("auto", reader.topics))
+        attack = _attack(scenario, reader)
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="hijack_detect_")))
+        logs = options.logs or folder
+        logs.mkdir(parents=True, exist_ok=True)
+        replay = ["-p", f"bag:={reader.path.resolve()}", "-p", f"rate:={options.rate}"]
+        if scenario is not None:
+            moved = folder / "scenario.yaml"
+            moved.write_text(scenario.to_yaml(), encoding="utf-8")
+            replay += ["-p", f"scenario:={moved}"]
+        console.print(
+            f"[bold]{_shown(reader.path)}[/] ({reader.duration_s:.0f} s), policy {options.policy}, "
+            f"{options.rate:g}× real time; {len(MONITOR) + 1} processes over DDS"
+        )
+        listener = _play(console, options, share, replay, logs)
+        run = OfflineRun(reader.start_ns)
+        for _ in spoofed_samples(reader, scenario, run):
+            pass
+        console.print(timeline(listener, attack, run))
+    return alert_is_right(listener.alert_ns, attack)
+
+
+def _shown(path: Path) -> str:
+    """A path as its reader would write it."""
+    with contextlib.suppress(ValueError):
+        return str(path.resolve().relative_to(Path.cwd()))
+    return str(path)
+
+
+def _scenario(options: DemoOptions, share: Path) -> Scenario | None:
+    given = options.scenario or DEFAULT_SCENARIO
+    if given == "none":
+        return None
+    own = share / "config/scenarios" / f"{given}.yaml"
+    scenario = load_scenario(own if own.exists() else Path(given))
+    return scenario if options.onset_s is None else scenario.moved_to(options.onset_s)
+
+
+def _attack(scenario: Scenario | None, reader: BagReader) -> Attack | None:
+    """Onset and end of the scenario's first segment on this flight.
+
+    Raises:
+        ScenarioError: A segment lies outside the flight.
+    """
+    if scenario is None:
+        return None
+    scenario.check_within(reader.duration_s)
+    first, last = scenario.segments[0], scenario.segments[-1]
+    end = None if last.end_s is None else reader.start_ns + round(last.end_s * NANOSECONDS)
+    return Attack(reader.start_ns + round(first.start_s * NANOSECONDS), end)
+
+
+def _play(
+    console: Console, options: DemoOptions, share: Path, replay: list[str], logs: Path
+) -> Listener:
+    """Start all nodes, play the bag, and return what was heard."""
+    domain = os.environ.get("ROS_DOMAIN_ID") or str(DOMAINS + os.getpid() % 130)
+    graph = {"ROS_DOMAIN_ID": domain, "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+    os.environ.update(graph)
+    inputs = ["--params-file", str(share / "config/replay.yaml")]
+    policy = ["--params-file", str(share / f"config/{options.policy}.yaml")]
+    with NodeProcesses(logs, graph) as processes, _listening() as (listener, executor):
+        for node in MONITOR:
+            processes.start(node, [*policy, *inputs])
+        wait = " ".join((*MONITOR, listener.get_name()))
+        processes.start("bag_replay", [*replay, "-p", f"wait_for:={wait}"])
+        with Live(live_line(listener), console=console, refresh_per_second=10) as live:
+            heard, quiet_since = 0, time.monotonic()
+            while not listener.finished or time.monotonic() - quiet_since < LAST_WORDS_S:
+                executor.spin_once(timeout_sec=0.1)
+                _check(processes, logs, finished=listener.finished)
+                count = sum(map(len, listener.verdicts.values()))
+                if count != heard:
+                    heard, quiet_since = count, time.monotonic()
+                live.update(live_line(listener))
+    return listener
+
+
+@contextlib.contextmanager
+def _listening() -> Iterator[tuple[Listener, Executor]]:
+    """The demonstration's own node; Ctrl-C stays with this process."""
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    listener = Listener()
+    executor = EventsExecutor()
+    executor.add_node(listener)
+    try:
+        yield listener, executor
+    finally:
+        executor.remove_node(listener)
+        rclpy.try_shutdown()
+
+
+def _check(processes: NodeProcesses, logs: Path, *, finished: bool) -> None:
+    """Raise NodeError if a node has ended that should not have."""
+    for node, code in processes.ended().items():
+        if node != "bag_replay" or (code != 0 and not finished):
+            last = processes.log(node).strip().splitlines()[-1:]
+            raise NodeError(f"{node} ended with code {code}: {' '.join(last)} (logs in {logs})")

@@ -1,0 +1,90 @@
+"""What the demonstration shows: one live line, then the timeline."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from rich.console import Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from hijack_detect.cli.listener import Listener
+from hijack_detect.detectors.verdict import State, Verdict
+from hijack_detect.evaluation.offline import OfflineRun
+from hijack_detect.evaluation.outcome import Attack, alert_is_right, detector_outcome
+from hijack_detect.streams.samples import NANOSECONDS
+
+STYLES = {
+    State.NOT_READY: "dim",
+    State.NOT_OBSERVABLE: "cyan",
+    State.NORMAL: "green",
+    State.SUSPICIOUS: "yellow",
+    State.ALARM: "bold red",
+    State.STALE: "magenta",
+}
+
+
+def live_line(listener: Listener) -> Text:
+    """Time, attack, state and margin of each detector, alert."""
+    line = Text(f"{listener.position_s:6.1f} s ", no_wrap=True, overflow="crop")
+    line.append(*(("SPOOFED", "red") if listener.spoofed else ("clean  ", "")))
+    for name, verdicts in listener.verdicts.items():
+        line.append(f" {name} ")
+        line.append(*_state(verdicts[-1] if verdicts else None))
+    if listener.alert:
+        line.append(" ALERT", "bold white on red")
+    return line
+
+
+def _state(verdict: Verdict | None) -> tuple[str, str]:
+    if verdict is None:
+        return f"{'silent':<19}", "dim"
+    return f"{verdict.state.value:<14} {verdict.margin:4.2f}", STYLES[verdict.state]
+
+
+def timeline(listener: Listener, attack: Attack | None, run: OfflineRun) -> RenderableType:
+    """Onset, first alarm of each detector, alert, and whether that was right."""
+    table = Table(title="Timeline", title_justify="left")
+    for column in ("second", "event", "after onset", "reported off by"):
+        table.add_column(column, justify="left" if column == "event" else "right")
+    for stamp_ns, event in sorted(_events(listener, attack)):
+        after = "" if attack is None else f"{(stamp_ns - attack.onset_ns) / NANOSECONDS:+.1f} s"
+        table.add_row(
+            f"{(stamp_ns - run.start_ns) / NANOSECONDS:.1f}",
+            event,
+            after,
+            f"{run.separation_at(stamp_ns):.1f} m",
+        )
+    return Group(table, _conclusion(listener, attack, run))
+
+
+def _events(listener: Listener, attack: Attack | None) -> Iterator[tuple[int, str]]:
+    if attack is not None:
+        yield attack.onset_ns, "attack begins"
+        if attack.end_ns is not None:
+            yield attack.end_ns, "attack ends"
+    for name, verdicts in listener.verdicts.items():
+        outcome = detector_outcome(verdicts, attack)
+        if outcome.first_alarm_ns is not None:
+            yield outcome.first_alarm_ns, f"{name}: first alarm"
+        early = [v for v in verdicts if v.state is State.ALARM]
+        if outcome.false_alarms:
+            yield early[0].stamp_ns, f"{name}: alarm without attack ({outcome.false_alarms}×)"
+    if listener.alert_ns is not None:
+        yield listener.alert_ns, "hijack_alert"
+
+
+def _conclusion(listener: Listener, attack: Attack | None, run: OfflineRun) -> Text:
+    right = alert_is_right(listener.alert_ns, attack)
+    if listener.alert_ns is None:
+        said = "No alert, and no attack." if right else "MISSED: the attack raised no alert."
+    elif attack is not None and right:
+        late = (listener.alert_ns - attack.onset_ns) / NANOSECONDS
+        metres = run.separation_at(listener.alert_ns)
+        said = (
+            f"Detected {late:.1f} s after the onset, with the reported position {metres:.1f} m "
+            f"from the true one.\nCause: {listener.cause}"
+        )
+    else:
+        said = f"FALSE ALERT outside the attack.\nCause: {listener.cause}"
+    return Text(said, "bold green" if right else "bold red")

@@ -1,0 +1,97 @@
+"""The command `hijack-detect`."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import click
+
+from hijack_detect import __version__
+from hijack_detect.bags.generate import OPTIONAL_INPUTS
+from hijack_detect.cli.environment import add_own_prefix
+from hijack_detect.evaluation.manual import parameter_file
+from hijack_detect.evaluation.policies import POLICIES
+
+EXIT_BAD_INPUT = 2
+PATH = click.Path(path_type=Path)
+
+
+class BadInput(click.ClickException):
+    """Input that cannot be used: one line on stderr and exit code 2."""
+
+    exit_code = EXIT_BAD_INPUT
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, prog_name="hijack-detect")
+def main() -> None:
+    """Tell when a drone's GPS is being spoofed."""
+    add_own_prefix()
+
+
+@main.command()
+@click.option("--bag", type=PATH, default=None, help="Bag to replay [bags/curved_8].")
+@click.option(
+    "--scenario",
+    default=None,
+    help="Scenario file, or 'none' for no attack [config/scenarios/turn_away_track.yaml].",
+)
+@click.option("--onset", type=float, default=None, help="Move the attack to this second.")
+@click.option("--rate", type=click.FloatRange(0.1, 100.0), default=4.0, show_default=True)
+@click.option(
+    "--paper/--default",
+    "paper",
+    default=False,
+    help="The published detectors and both-must-alarm, or the hardened ones [default].",
+)
+@click.option("--logs", type=PATH, default=None, help="Keep the nodes' logs in this folder.")
+def demo(
+    bag: Path | None,
+    scenario: str | None,
+    onset: float | None,
+    rate: float,
+    paper: bool,
+    logs: Path | None,
+) -> None:
+    """Replay a flight, spoof its GPS, and show the alert.
+
+    Every node runs as a process of its own over DDS. Exits with 0 only if the alert came inside
+    the attack and not before it (without an attack: if there was none), with 1 otherwise.
+    """
+    from hijack_detect.cli.demo import DemoOptions, run_demo  # noqa: PLC0415  needs ROS
+
+    try:
+        policy = "paper" if paper else "default"
+        right = run_demo(DemoOptions(bag, scenario, onset, rate, policy, logs))
+    except ValueError as error:
+        raise BadInput(str(error)) from error
+    sys.exit(0 if right else 1)
+
+
+@main.command()
+@click.argument("out", type=PATH)
+@click.option("--route", type=click.Choice(["straight", "curved"]), default="curved")
+@click.option("--seed", type=int, default=0, show_default=True)
+@click.option("--duration", type=float, default=110.0, show_default=True, help="Seconds.")
+@click.option("--without", type=click.Choice(OPTIONAL_INPUTS), multiple=True, help="Leave out.")
+def generate(out: Path, route: str, seed: int, duration: float, without: tuple[str, ...]) -> None:
+    """Make a bag of a simulated flight; the same options make the same bag."""
+    from hijack_detect.bags.generate import make_bag  # noqa: PLC0415  rosbags is slow to load
+
+    try:
+        make_bag(out, route, seed, duration, without=without)
+    except ValueError as error:
+        raise BadInput(str(error)) from error
+    click.echo(f"{out}: {duration:g} s, route {route}, seed {seed}")
+
+
+@main.command()
+@click.option("--policy", type=click.Choice(list(POLICIES)), default="default", show_default=True)
+def params(policy: str) -> None:
+    """Print the parameter file of a policy, which is the manual of all parameters."""
+    click.echo(parameter_file(policy), nl=False)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,204 @@
+"""Real nodes in tests: processes over DDS, each test in a domain of its own.
+
+A test asks for the fixture `graph`, starts nodes with it, listens, and spins until a condition
+holds. Nothing waits for a fixed time, and every process is ended with the test::
+
+    def test_something(graph):
+        heard = graph.listen(Bool, "hijack_alert", STATE)
+        node = graph.start("fusion", window_s=2.0)
+        graph.spin_until(lambda: heard.messages, "the first alert")
+        assert node.interrupt() == 0
+
+Import it in the conftest.py of the folder: `from ros import graph`.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import select
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import pytest
+import rclpy
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
+
+DOMAINS = range(150, 181)
+TIMEOUT_S = 20.0
+QUIET_S = 0.2
+KEEP_ALL = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)
+ROOT = Path(__file__).parents[1]
+
+os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+os.environ.setdefault("AMENT_PREFIX_PATH", sys.prefix)
+
+
+class RosProcess:
+    """One node in a process of its own; what it prints goes to a file."""
+
+    def __init__(self, module: str, arguments: list[str], domain: int) -> None:
+        self._file = tempfile.TemporaryFile()  # noqa: SIM115, closed by close()
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", module, *arguments],
+            cwd=ROOT,
+            env={**os.environ, "ROS_DOMAIN_ID": str(domain), "PYTHONPATH": str(ROOT)},
+            stdin=subprocess.DEVNULL,
+            stdout=self._file,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+        )
+
+    @property
+    def output(self) -> str:
+        """Everything printed so far."""
+        return os.pread(self._file.fileno(), 10_000_000, 0).decode(errors="replace")
+
+    @property
+    def returncode(self) -> int | None:
+        """The exit code, None while it runs."""
+        return self._process.poll()
+
+    def wait(self, timeout_s: float = TIMEOUT_S) -> int:
+        """Wait for its end and return the exit code."""
+        return self._process.wait(timeout_s)
+
+    def wait_for(self, text: str, timeout_s: float = TIMEOUT_S) -> None:
+        """Wait until it has printed a text, without handling any message."""
+        deadline = time.monotonic() + timeout_s
+        while text not in self.output:
+            if time.monotonic() > deadline:
+                pytest.fail(f"{timeout_s:g} s without {text!r}; printed was:\n{self.output}")
+            select.select([], [], [], 0.02)
+
+    def signal(self, number: int) -> None:
+        """Send a signal."""
+        self._process.send_signal(number)
+
+    def interrupt(self, timeout_s: float = TIMEOUT_S) -> int:
+        """Press Ctrl-C and return the exit code."""
+        self.signal(signal.SIGINT)
+        return self.wait(timeout_s)
+
+    def close(self) -> None:
+        """End it and everything it started."""
+        with suppress(ProcessLookupError):
+            os.killpg(self._process.pid, signal.SIGKILL)
+        self._process.wait()
+        self._file.close()
+
+
+class Listener:
+    """Keeps every message of a topic, in order; as CDR bytes with `raw`."""
+
+    def __init__(self, node: Node, kind: Any, topic: str, qos: QoSProfile, *, raw: bool) -> None:
+        self.messages: list[Any] = []
+        node.create_subscription(kind, topic, self.messages.append, qos, raw=raw)
+
+
+class Graph:
+    """The test's own node, and the processes beside it in the same domain."""
+
+    def __init__(self, domain: int) -> None:
+        self.domain = domain
+        self._context = Context()
+        rclpy.init(context=self._context, domain_id=domain)
+        self.node = Node("test", context=self._context, enable_rosout=False)
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self.node)
+        self._processes: list[RosProcess] = []
+        self._listeners: list[Listener] = []
+        self._count, self._count_since = -1, 0.0
+
+    def start(
+        self, name: str, *ros_arguments: str, parameters: Mapping[str, Any] | None = None
+    ) -> RosProcess:
+        """Start a node of the package; values of parameters are written as YAML would."""
+        arguments = ["--ros-args", *ros_arguments]
+        for key, value in (parameters or {}).items():
+            text = str(value).lower() if isinstance(value, bool) else str(value)
+            arguments += ["-p", f"{key}:={text}"]
+        process = RosProcess(f"hijack_detect.nodes.{name}", arguments, self.domain)
+        self._processes.append(process)
+        return process
+
+    def listen(
+        self, kind: Any, topic: str, qos: QoSProfile = KEEP_ALL, *, raw: bool = False
+    ) -> Listener:
+        """Subscribe; by default no message can be lost once the publisher is known."""
+        self._listeners.append(Listener(self.node, kind, topic, qos, raw=raw))
+        return self._listeners[-1]
+
+    def spin_until(
+        self, condition: Callable[[], object], what: str, timeout_s: float = TIMEOUT_S
+    ) -> None:
+        """Handle messages until the condition is true; fail the test at the deadline."""
+        deadline = time.monotonic() + timeout_s
+        while not condition():
+            if time.monotonic() > deadline:
+                printed = "\n".join(process.output for process in self._processes)
+                pytest.fail(f"{timeout_s:g} s without {what}; the nodes printed:\n{printed}")
+            self._executor.spin_once(timeout_sec=0.02)
+
+    def spin_to_end(self, process: RosProcess, timeout_s: float = TIMEOUT_S) -> int:
+        """Handle messages until a process has ended, and all it sent; return its exit code."""
+        self.spin_until(lambda: process.returncode is not None, "the end of a node", timeout_s)
+        self.spin_until(self._quiet, "a quiet moment")
+        return process.wait()
+
+    def _quiet(self) -> bool:
+        """Whether nothing has arrived for a while."""
+        count = sum(len(listener.messages) for listener in self._listeners)
+        if count != self._count:
+            self._count, self._count_since = count, time.monotonic()
+        return time.monotonic() - self._count_since > QUIET_S
+
+    def call(self, kind: Any, name: str, request: Any = None) -> Any:
+        """Call a service and return its response."""
+        client = self.node.create_client(kind, name)
+        self.spin_until(client.service_is_ready, f"the service {name}")
+        future = client.call_async(kind.Request() if request is None else request)
+        self.spin_until(future.done, f"an answer of {name}")
+        self.node.destroy_client(client)
+        return future.result()
+
+    def close(self) -> None:
+        """End everything."""
+        for process in self._processes:
+            process.close()
+        self._executor.shutdown()
+        self.node.destroy_node()
+        self._context.try_shutdown()
+
+
+@pytest.fixture
+def domain() -> Iterator[int]:
+    """A ROS domain that no other test on this machine uses, in whatever process it runs."""
+    for number in DOMAINS:
+        path = Path(tempfile.gettempdir(), f"hijack_detect_test_domain_{number}.lock")
+        with path.open("w") as lock:
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                continue
+            yield number
+            return
+    pytest.fail("every ROS domain for tests is in use")
+
+
+@pytest.fixture
+def graph(domain: int) -> Iterator[Graph]:
+    """A graph in a fresh domain."""
+    made = Graph(domain)
+    yield made
+    made.close()
