@@ -28,6 +28,9 @@ SCENARIO = Path(__file__).parent.parent / "config/scenarios/turn_away_track.yaml
 ATTACK_S = 30.0
 FORWARD_SPEED = 3.0
 PAUSE_S = 2.0
+HEADER = """\
+| flight | attack at | corr. false alarms | first after | DATE false alarms | first after | alert |
+|---|---|---|---|---|---|---|"""
 
 
 def forward_flight(reader: BagReader) -> tuple[float, float]:
@@ -109,8 +112,7 @@ def main(folder: Path, policies: tuple[str, ...], match: str) -> None:
     with Pool() as pool:
         for policy in policies:
             print(f"\n### Policy `{policy}`\n")
-            print("| flight | attack | corr. false | corr. after | DATE false | DATE after | alert |")
-            print("|---|---|---|---|---|---|---|")
+            print(HEADER)
             for rows in pool.imap(flight, [(path, policy) for path in paths]):
                 print("\n".join(rows), flush=True)
 

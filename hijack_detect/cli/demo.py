@@ -25,10 +25,10 @@ from hijack_detect.cli.listener import Listener
 from hijack_detect.cli.processes import PACKAGE, NodeError, NodeProcesses
 from hijack_detect.evaluation.offline import OfflineRun, spoofed_samples
 from hijack_detect.evaluation.outcome import Attack, alert_is_right
+from hijack_detect.nodes import MONITOR
 from hijack_detect.spoofing.scenario import Scenario, load_scenario
 from hijack_detect.streams.samples import NANOSECONDS
 
-MONITOR = ("attitude_estimator", "gps_angle", "correlation_detector", "date_detector", "fusion")
 DEFAULT_BAG = "bags/curved_8"
 DEFAULT_SCENARIO = "turn_away_track"
 LAST_WORDS_S = 1.0

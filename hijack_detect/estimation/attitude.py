@@ -45,7 +45,7 @@ from hijack_detect.streams.samples import (
 OUTAGE_STEP_NS = NANOSECONDS // 2
 """Without GPS the filter still moves on in steps of this length."""
 
-INITIAL_SIGMAS = np.array([10.0] * 3 + [1.0] * 3 + [0.1, 0.1, math.pi] + [0.3] * 3 + [0.01] * 3)
+INITIAL_SIGMAS = np.array([10.0] * 3 + [1.0] * 3 + [0.1, 0.1, math.pi] + [0.15] * 3 + [0.01] * 3)
 RESTART_SIGMAS = np.array([3.0] * 3 + [1.0] * 3)
 """Standard deviations of position and velocity when they are taken from the GPS afresh."""
 

@@ -70,11 +70,11 @@ class Ekf:
             sigmas: Initial standard deviations of the error state, shape (15,).
             noise: Process noise.
         """
-        self.position = np.zeros(3)
-        self.velocity = np.zeros(3)
+        self.position: Array = np.zeros(3)
+        self.velocity: Array = np.zeros(3)
         self.attitude = attitude
-        self.accel_bias = np.zeros(3)
-        self.gyro_bias = np.zeros(3)
+        self.accel_bias: Array = np.zeros(3)
+        self.gyro_bias: Array = np.zeros(3)
         self.covariance = np.diag(np.square(sigmas))
         self._noise = noise
 

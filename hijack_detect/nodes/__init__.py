@@ -2,11 +2,11 @@
 
 # Every name is a module of this package with a main(), and the executable that starts it.
 # setup.py runs this file by itself, so it imports nothing.
-NODES = (
+MONITOR = (
     "attitude_estimator",
     "gps_angle",
     "correlation_detector",
     "date_detector",
     "fusion",
-    "bag_replay",
 )
+NODES = (*MONITOR, "bag_replay")

@@ -66,7 +66,7 @@ class BagReplay(Node):
         super().__init__("bag_replay", automatically_declare_parameters_from_overrides=True)
         self.exit_code = 0
         global T0
-        T0=time.monotonic()
+        T0 = time.monotonic()
         self._settings = declare(self, ReplayParameters, read_only=False)
         self._playback = Playback(self._settings, message_class)
         self._player = Player(self._playback, self._settings)
@@ -169,7 +169,7 @@ class BagReplay(Node):
         graph = [output.get_subscription_count() for output in self._outputs.values()]
         now = time.monotonic()
         if missing or graph != self._graph:
-            print("GRAPH", now-T0, graph, file=sys.stderr)
+            print("GRAPH", now - T0, graph, file=sys.stderr)
             self._graph, self._graph_since = graph, now
         if missing:
             self.get_logger().info(

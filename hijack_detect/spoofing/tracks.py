@@ -12,6 +12,7 @@ from typing import Protocol
 
 import numpy as np
 
+from hijack_detect.estimation.rotation import Array
 from hijack_detect.spoofing import schema
 from hijack_detect.spoofing.onset import Onset
 from hijack_detect.streams.samples import Vector3
@@ -125,20 +126,21 @@ class ListedTrack:
         return leg, step, (t_s - self._times[leg]) / step
 
 
-def _course_axes(course: float) -> np.ndarray:
+def _course_axes(course: float) -> Array:
     """Rows: forward, left and up of a course (radians clockwise from North) in ENU."""
     sine, cosine = math.sin(course), math.cos(course)
     return np.array([[sine, cosine, 0.0], [-cosine, sine, 0.0], [0.0, 0.0, 1.0]])
 
 
-def _slopes(times: np.ndarray, points: np.ndarray) -> np.ndarray:
+def _slopes(times: Array, points: Array) -> Array:
     """Velocity at every listed position."""
     steps = np.diff(times)[:, np.newaxis]
     legs = np.diff(points, axis=0) / steps
     inner = (steps[1:] * legs[:-1] + steps[:-1] * legs[1:]) / (steps[:-1] + steps[1:])
-    return np.concatenate([legs[:1], inner, legs[-1:]])
+    slopes: Array = np.concatenate([legs[:1], inner, legs[-1:]])
+    return slopes
 
 
-def _vector(values: np.ndarray) -> Vector3:
+def _vector(values: Array) -> Vector3:
     east, north, up = values.tolist()
     return (east, north, up)

@@ -1,0 +1,68 @@
+"""Starts the monitor: every node as a process of its own.
+
+    ros2 launch hijack_detect hijack_detect.launch.py
+    ros2 launch hijack_detect hijack_detect.launch.py mavros:=true uav:=uav1 policy:=paper
+
+Arguments: `uav` namespace of the vehicle, `policy` default or paper, `params_file` a parameter
+file instead of the policy's, `mavros` takes the inputs from mavros' topics, `use_sim_time`.
+"""
+
+from __future__ import annotations
+
+from launch import LaunchContext, LaunchDescription, LaunchDescriptionEntity
+from launch.actions import DeclareLaunchArgument, OpaqueFunction
+from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
+from launch_ros.actions import Node
+from launch_ros.substitutions import FindPackageShare
+
+from hijack_detect.bags.topics import OWN_TOPICS, PRESETS
+from hijack_detect.nodes import MONITOR
+
+PACKAGE = "hijack_detect"
+ARGUMENTS = (
+    ("uav", "", "Namespace of the vehicle; empty for none."),
+    ("policy", "default", "default or paper: which parameter file of the package."),
+    ("params_file", "", "A parameter file to use instead of the policy's."),
+    ("mavros", "false", "Take the inputs from the topics of mavros."),
+    ("use_sim_time", "false", "Use /clock, as a replay publishes it."),
+)
+
+
+def remappings(*, mavros: bool) -> list[tuple[str, str]]:
+    """Input topics of the nodes to those of mavros, relative to the namespace."""
+    if not mavros:
+        return []
+    return [(OWN_TOPICS[name], topic.lstrip("/")) for name, topic in PRESETS["mavros"].items()]
+
+
+def nodes(context: LaunchContext) -> list[LaunchDescriptionEntity]:
+    """The monitor's nodes with the arguments as they were given."""
+
+    def given(name: str) -> str:
+        return str(LaunchConfiguration(name).perform(context))
+
+    own = PathJoinSubstitution([FindPackageShare(PACKAGE), "config", f"{given('policy')}.yaml"])
+    return [
+        Node(
+            package=PACKAGE,
+            executable=name,
+            name=name,
+            namespace=given("uav"),
+            parameters=[
+                given("params_file") or own,
+                {"use_sim_time": given("use_sim_time") == "true"},
+            ],
+            remappings=remappings(mavros=given("mavros") == "true"),
+            output="screen",
+        )
+        for name in MONITOR
+    ]
+
+
+def generate_launch_description() -> LaunchDescription:
+    """What `ros2 launch` runs."""
+    declared = [
+        DeclareLaunchArgument(name, default_value=default, description=text)
+        for name, default, text in ARGUMENTS
+    ]
+    return LaunchDescription([*declared, OpaqueFunction(function=nodes)])
