@@ -1,15 +1,19 @@
-"""Every flight of a folder, clean and attacked by a fake track at three onsets: a table.
+"""Every flight of a folder, clean and attacked by a fake track at three onsets: tables.
 
-    python benchmarks/flights.py FOLDER [--policy paper] [--policy default] [--match quad]
+    python benchmarks/flights.py FOLDER [--match quad]
 
-The onsets are the first seconds of the longest piece of forward flight and one and two thirds
-into it, so they do not depend on any detector. Prints Markdown.
+The attack is config/scenarios/turn_away_track.yaml. Its onsets are the start of the longest
+piece of forward flight and one and two thirds into it, so they depend on no detector. Prints
+Markdown for both policies, and for every false alarm of the published correlation what the
+default parameter set says at the same stamp, which is its cause.
 """
 
 from __future__ import annotations
 
 import math
+import re
 from collections import Counter
+from collections.abc import Iterator
 from multiprocessing import Pool
 from pathlib import Path
 
@@ -18,9 +22,10 @@ import click
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.bags.samples import Rejected, read_samples
 from hijack_detect.bags.topics import topic_map
+from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.evaluation.offline import OfflineRun, run_offline
-from hijack_detect.evaluation.outcome import Attack, detector_outcome
-from hijack_detect.evaluation.policies import policy_parameters
+from hijack_detect.evaluation.outcome import Attack, changes, detector_outcome
+from hijack_detect.evaluation.policies import POLICIES, policy_parameters
 from hijack_detect.spoofing.scenario import load_scenario
 from hijack_detect.streams.samples import NANOSECONDS, VelocitySample
 
@@ -28,13 +33,16 @@ SCENARIO = Path(__file__).parent.parent / "config/scenarios/turn_away_track.yaml
 ATTACK_S = 30.0
 FORWARD_SPEED = 3.0
 PAUSE_S = 2.0
-HEADER = """\
-| flight | attack at | corr. false alarms | first after | DATE false alarms | first after | alert |
-|---|---|---|---|---|---|---|"""
+CLEAN = "| flight | s | correlation alarms | DATE alarms | alert at s |\n|---|---|---|---|---|"
+ATTACKED = (
+    "| flight | onset s | false before: correlation, DATE | correlation after | DATE after "
+    "| alert after | off by |\n|---|---|---|---|---|---|---|"
+)
+CAUSES = "| flight | false alarms | cause |\n|---|---|---|"
 
 
 def forward_flight(reader: BagReader) -> tuple[float, float]:
-    """Start and end of the longest piece of flight above 3 m/s, seconds; stops under 2 s count."""
+    """Start and end of the longest flight above 3 m/s, s; stops under 2 s do not end it."""
     best, begin, last = (0.0, 0.0), None, 0.0
     topics = topic_map("auto", reader.topics)
     for _, sample in read_samples(reader, topics, on_rejected=Rejected().add):
@@ -49,72 +57,100 @@ def forward_flight(reader: BagReader) -> tuple[float, float]:
     return best
 
 
-def told(run: OfflineRun, attack: Attack | None) -> str:
-    """One row's cells: false alarms and reaction of each detector, then the alert."""
-    cells = []
-    for verdicts in run.verdicts.values():
-        outcome = detector_outcome(verdicts, attack)
-        cells.append(str(outcome.false_alarms))
-        if attack is not None:
-            first = outcome.first_alarm_ns
-            inside = first is not None and attack.end_ns is not None and first < attack.end_ns
-            cells.append(f"{(first - attack.onset_ns) / NANOSECONDS:.1f} s" if inside else "–")
-    alert = run.results[-1].alert_since_ns if run.results else None
-    if alert is None:
-        cells.append("–")
-    elif attack is None:
-        cells.append(f"false, {(alert - run.start_ns) / NANOSECONDS:.1f} s")
-    elif alert < attack.onset_ns:
-        cells.append(f"false, {(attack.onset_ns - alert) / NANOSECONDS:.1f} s before")
-    elif attack.end_ns is not None and alert < attack.end_ns:
-        late = (alert - attack.onset_ns) / NANOSECONDS
-        cells.append(f"{late:.1f} s, {run.separation_at(alert):.0f} m")
-    else:
-        cells.append("–")
-    return " | ".join(cells)
+def alert_of(run: OfflineRun) -> int | None:
+    """Stamp of the alert, ns."""
+    return run.results[-1].alert_since_ns if run.results else None
 
 
-def states(run: OfflineRun) -> str:
-    """Share of the verdicts in each state, of the correlation detector."""
-    counts = Counter(v.state.value for v in run.verdicts["correlation"])
-    total = sum(counts.values()) or 1
-    return ", ".join(f"{name} {100 * n / total:.0f} %" for name, n in counts.most_common())
+def clean_row(name: str, reader: BagReader, run: OfflineRun) -> str:
+    """Line of a flight without attack."""
+    alarms = [detector_outcome(v, None).false_alarms for v in run.verdicts.values()]
+    alert = alert_of(run)
+    at = "–" if alert is None else f"**{(alert - run.start_ns) / NANOSECONDS:.1f}**"
+    return f"| {name} | {reader.duration_s:.0f} | {alarms[0]} | {alarms[1]} | {at} |"
 
 
-def flight(job: tuple[Path, str]) -> list[str]:
-    """Rows of one flight under one policy."""
-    path, policy = job
-    parameters = policy_parameters(policy)
+def attacked_row(name: str, run: OfflineRun, attack: Attack) -> str:
+    """Line of one attack."""
+    assert attack.end_ns is not None
+    outcomes = [detector_outcome(v, attack) for v in run.verdicts.values()]
+    false = ", ".join(str(outcome.false_alarms) for outcome in outcomes)
+    first = [
+        f"{(stamp - attack.onset_ns) / NANOSECONDS:.1f} s"
+        if (stamp := outcome.first_alarm_ns) is not None and stamp < attack.end_ns
+        else "–"
+        for outcome in outcomes
+    ]
+    alert = alert_of(run)
+    after, off = "**missed**", ""
+    if alert is not None and alert < attack.onset_ns:
+        after = f"**false, {(attack.onset_ns - alert) / NANOSECONDS:.1f} s before**"
+    elif alert is not None and alert < attack.end_ns:
+        after = f"{(alert - attack.onset_ns) / NANOSECONDS:.1f} s"
+        off = f"{run.separation_at(alert):.0f} m"
+    onset = (attack.onset_ns - run.start_ns) / NANOSECONDS
+    return f"| {name} | {onset:.1f} | {false} | {first[0]} | {first[1]} | {after} | {off} |"
+
+
+def attacks(name: str, reader: BagReader, policy: str) -> Iterator[str]:
+    """Lines of the three attacks."""
+    begin, end = forward_flight(reader)
+    for third in range(3):
+        onset = round(begin + third * (end - begin) / 3, 1)
+        if onset + ATTACK_S > reader.duration_s:
+            yield f"| {name} | {onset:.1f} | the flight ends within the attack | | | | |"
+            continue
+        scenario = load_scenario(SCENARIO).moved_to(onset)
+        start = reader.start_ns + round(onset * NANOSECONDS)
+        attack = Attack(start, start + round(ATTACK_S * NANOSECONDS))
+        yield attacked_row(name, run_offline(reader, policy_parameters(policy), scenario), attack)
+
+
+def causes(paper: OfflineRun, default: OfflineRun) -> str:
+    """What the default set says where the published correlation starts a false alarm."""
+    at = {verdict.stamp_ns: verdict for verdict in default.verdicts["correlation"]}
+    begun = [
+        at[stamp]
+        for stamp, state in changes(paper.verdicts["correlation"])
+        if state is State.ALARM and stamp in at
+    ]
+    counts = Counter(cause(verdict) for verdict in begun)
+    told = "; ".join(f"{text} ({count})" for text, count in counts.most_common())
+    return f"{len(begun)} | {told}"
+
+
+def cause(verdict: Verdict) -> str:
+    """A verdict's reason without its figures."""
+    if verdict.state not in (State.NOT_OBSERVABLE, State.NOT_READY):
+        return f"{verdict.state.value} once crab angle and lag are taken off"
+    return re.sub(r"[-+]?[0-9.]+ ?[s°]?", "…", verdict.reason)
+
+
+def flight(path: Path) -> dict[str, list[str]]:
+    """All lines of one flight by table."""
     with BagReader(path) as reader:
-        clean = run_offline(reader, parameters)
-        rows = [f"| {path.name} | clean | {told(clean, None)} | {states(clean)} |"]
-        begin, end = forward_flight(reader)
-        for third in range(3):
-            onset = begin + third * (end - begin) / 3
-            scenario = load_scenario(SCENARIO).moved_to(round(onset, 1))
-            if onset + ATTACK_S > reader.duration_s or end - begin < 1.0:
-                rows.append(f"| {path.name} | no room for an attack at {onset:.0f} s | | | | | | |")
-                continue
-            start = reader.start_ns + round(scenario.segments[0].start_s * NANOSECONDS)
-            attack = Attack(start, start + round(ATTACK_S * NANOSECONDS))
-            run = run_offline(reader, parameters, scenario)
-            rows.append(f"| {path.name} | {onset:.1f} s | {told(run, attack)} | |")
+        runs = {policy: run_offline(reader, policy_parameters(policy)) for policy in POLICIES}
+        rows = {f"clean {p}": [clean_row(path.name, reader, run)] for p, run in runs.items()}
+        for policy in POLICIES:
+            rows[f"attacked {policy}"] = list(attacks(path.name, reader, policy))
+        rows["causes"] = [f"| {path.name} | {causes(runs['paper'], runs['default'])} |"]
     return rows
 
 
 @click.command()
 @click.argument("folder", type=click.Path(exists=True, file_okay=False, path_type=Path))
-@click.option("--policy", "policies", multiple=True, default=["paper", "default"])
 @click.option("--match", default="", help="Only flights whose name contains this.")
-def main(folder: Path, policies: tuple[str, ...], match: str) -> None:
+def main(folder: Path, match: str) -> None:
     """Print the tables."""
     paths = sorted(p for p in folder.iterdir() if p.is_dir() and match in p.name)
     with Pool() as pool:
-        for policy in policies:
-            print(f"\n### Policy `{policy}`\n")
-            print(HEADER)
-            for rows in pool.imap(flight, [(path, policy) for path in paths]):
-                print("\n".join(rows), flush=True)
+        flights = pool.map(flight, paths, chunksize=1)
+    for policy in POLICIES:
+        for kind, header in (("clean", CLEAN), ("attacked", ATTACKED)):
+            print(f"\n#### {kind.capitalize()}, policy `{policy}`\n\n{header}")
+            print("\n".join(row for rows in flights for row in rows[f"{kind} {policy}"]))
+    print(f"\n#### Causes of the published correlation's false alarms\n\n{CAUSES}")
+    print("\n".join(row for rows in flights for row in rows["causes"]))
 
 
 if __name__ == "__main__":

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from hijack_detect.detectors.correlation_parameters import CorrelationParameters
 from hijack_detect.detectors.follow import FollowsCourse
+from hijack_detect.detectors.input_watch import InputWatch
 from hijack_detect.detectors.persistence import Persistence
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.detectors.window import Unwrap, WindowSums
@@ -51,6 +52,7 @@ class CorrelationDetector:
         self._window = WindowSums(self._window_ns, 2, [(0, 0), (1, 1), (0, 1)])
         self._follow = FollowsCourse(p) if p.follow_s > 0.0 else None
         self._persistence = Persistence(p.persist_s)
+        self._watch = InputWatch(self.inputs)
         self._unwrap_yaw, self._unwrap_course = Unwrap(), Unwrap()
         self._lag_ns = round(p.course_lag_s * NANOSECONDS)
         self._yaws: deque[tuple[int, float]] = deque()
@@ -59,12 +61,29 @@ class CorrelationDetector:
 
     def update(self, name: str, sample: AttitudeSample | CourseSample) -> Verdict | None:
         """Take the next sample in order of stamp; every course sample gives a verdict."""
+        self._watch.see(name, sample.stamp_ns)
         if isinstance(sample, AttitudeSample):
             self._add(sample)
-            return None
+            return self._silence(sample.stamp_ns)
         if sample.observable:
             self._held_course = self._unwrap_course(sample.angle)
         return self._evaluate(sample)
+
+    def _silence(self, stamp_ns: int) -> Verdict | None:
+        """Without courses nothing is evaluated: then this says so, once a second.
+
+        What was held through the gap says nothing, so the windows start over.
+        """
+        lost = self._watch.lost(stamp_ns)
+        if lost is None:
+            return None
+        self._window.clear()
+        self._persistence.reset()
+        if self._follow is not None:
+            self._follow.interrupt()
+        if not self._watch.due(stamp_ns):
+            return None
+        return Verdict(self.NAME, stamp_ns, lost[0], 0.0, 1.0, lost[1])
 
     def _add(self, sample: AttitudeSample) -> None:
         """Algorithm 1: smoothed yaw and held course enter the window."""
@@ -123,6 +142,9 @@ class CorrelationDetector:
     def _obstacle(self, course: CourseSample) -> tuple[State | None, str]:
         """Why there is nothing to evaluate, if so."""
         p = self._parameters
+        lost = self._watch.lost(course.stamp_ns)
+        if lost is not None:
+            return lost
         if self._held_course is None or self._window.span_ns < 0.9 * self._window_ns:
             return State.NOT_READY, f"less than {p.window_s:g} s of yaw and course"
         if not course.observable:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hijack_detect.detectors.input_watch import InputWatch
 from hijack_detect.detectors.persistence import Persistence
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.detectors.window import WindowSums
@@ -88,7 +89,7 @@ class DateDetector:
 
     An accelerometer measures specific force, so gravity is taken off the GPS acceleration
     before it is turned into the body frame. The acceleration comes from successive GPS
-    velocities, or from fixes alone where the last GPS velocity is older than a second. Each
+    velocities, or from fixes alone where there is no recent GPS velocity. Each
     interval between two GPS samples gives one difference; Δa is their mean over the window.
     """
 
@@ -102,6 +103,9 @@ class DateDetector:
         self._window_ns = round(p.window_s * NANOSECONDS)
         self._window = WindowSums(self._window_ns, 3)
         self._persistence = Persistence(p.persist_s)
+        self._watch = InputWatch(("attitude", "GPS velocity"))
+        self._kept_ns = round((2 * p.max_gap_s + p.gps_lag_s) * NANOSECONDS)
+        """Attitudes older than this have no GPS velocity left to belong to."""
         self._attitudes: deque[AttitudeSample] = deque()
         self._motion: _Motion | None = None
         self._fix: FixSample | None = None
@@ -114,16 +118,19 @@ class DateDetector:
     ) -> Verdict | None:
         """Take the next sample in order of stamp; every GPS velocity gives a verdict."""
         if isinstance(sample, AttitudeSample):
+            self._watch.see("attitude", sample.stamp_ns)
             self._attitudes.append(sample)
+            while self._attitudes[0].stamp_ns < sample.stamp_ns - self._kept_ns:
+                self._attitudes.popleft()
             if sample.orientation is not None and up_component(sample) < self._lowest_up:
                 self._tumbled_ns = sample.stamp_ns
-            return None
+            return self._verdict(sample.stamp_ns) if self._watch.due(sample.stamp_ns) else None
         if isinstance(sample, VelocitySample):
             self._velocity_ns = stamp = sample.stamp_ns
             return self._evaluate(_Motion(stamp, stamp - self._lag_ns, np.array(sample.velocity)))
         motion = self._from_fixes(sample)
         if self._velocity_ns is not None:
-            if sample.stamp_ns - self._velocity_ns <= NANOSECONDS:
+            if sample.stamp_ns - self._velocity_ns <= self._parameters.max_gap_s * NANOSECONDS:
                 return None
             self._velocity_ns = None
         return self._evaluate(motion)
@@ -141,6 +148,7 @@ class DateDetector:
         previous, self._motion = self._motion, motion
         if motion is None or (previous is not None and previous.stamp_ns == motion.stamp_ns):
             return None
+        self._watch.see("GPS velocity", motion.stamp_ns)
         difference = None if previous is None else self._difference(previous, motion)
         if difference is None:
             self._window.clear()
@@ -172,6 +180,10 @@ class DateDetector:
 
     def _verdict(self, stamp_ns: int) -> Verdict:
         p = self._parameters
+        lost = self._watch.lost(stamp_ns)
+        if lost is not None:
+            self._persistence.reset()
+            return Verdict(self.NAME, stamp_ns, lost[0], 0.0, p.threshold, lost[1])
         if self._window.span_ns < 0.8 * self._window_ns:
             self._persistence.reset()
             reason = f"less than {p.window_s:g} s of attitude and GPS velocity"

@@ -52,7 +52,7 @@ class FollowsCourse:
         """Why the method cannot tell now; empty if the nose follows the course."""
         p = self._parameters
         if self._before.span_ns < self._needed_ns:
-            return f"less than {p.follow_s:g} s of steady course before the window"
+            return f"too slow for a course less than {p.window_s + p.follow_s:g} s ago"
         sigma = math.degrees(math.sqrt(self._before.covariance(0)))
         if sigma > p.follow_sigma_deg:
             return f"nose does not follow the course: difference varies by {sigma:.0f}°"

@@ -52,9 +52,10 @@ class ReplayParameters(Parameters):
     )
     start_paused: bool = param(False, "Wait for the service ~/resume or ~/step before playing.")
     settle_s: float = param(
-        1.0,
+        3.5,
         "Begin when no subscription of a replayed topic has come or gone for this long, so that "
-        "running nodes hear the first message.",
+        "running nodes hear the first message: DDS can take 3 s to find them. Can be shorter "
+        "with wait_for.",
         unit="s of wall time",
         low=0.0,
         high=3600.0,

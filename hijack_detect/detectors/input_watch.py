@@ -1,0 +1,45 @@
+"""Says which input of a detector has stopped, so that silence is never taken for normal."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from hijack_detect.detectors.verdict import State
+from hijack_detect.streams.samples import NANOSECONDS
+
+SILENT_NS = 2 * NANOSECONDS
+"""An input without a sample for this long has stopped."""
+REPEAT_NS = NANOSECONDS
+"""A detector that cannot evaluate says so this often."""
+
+
+class InputWatch:
+    """Keeps the newest stamp of each input of a detector."""
+
+    def __init__(self, names: Sequence[str]) -> None:
+        """Watch the named inputs."""
+        self._last: dict[str, int | None] = dict.fromkeys(names)
+        self._told_ns: int | None = None
+
+    def see(self, name: str, stamp_ns: int) -> None:
+        """Note a sample of an input."""
+        self._last[name] = stamp_ns
+
+    def lost(self, stamp_ns: int) -> tuple[State, str] | None:
+        """State and reason if an input has stopped or never begun; None if all are alive."""
+        for name, last_ns in self._last.items():
+            if last_ns is None:
+                return State.NOT_READY, f"no {name} yet"
+            if stamp_ns - last_ns > SILENT_NS:
+                seconds = (stamp_ns - last_ns) / NANOSECONDS
+                return State.STALE, f"no {name} for {seconds:.1f} s"
+        return None
+
+    def due(self, stamp_ns: int) -> bool:
+        """Whether it is time to say again, outside the usual evaluations, what is lost."""
+        if self._told_ns is None:
+            self._told_ns = stamp_ns
+        if stamp_ns - self._told_ns < REPEAT_NS or self.lost(stamp_ns) is None:
+            return False
+        self._told_ns = stamp_ns
+        return True
