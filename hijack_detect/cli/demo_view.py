@@ -39,7 +39,7 @@ def live_line(listener: Listener) -> Text:
 def _state(verdict: Verdict | None) -> tuple[str, str]:
     if verdict is None:
         return f"{'silent':<19}", "dim"
-    return f"{verdict.state.value:<14} {verdict.margin:4.2f}", STYLES[verdict.state]
+    return f"{f'{verdict.state.value} {verdict.margin:.2f}':<19}", STYLES[verdict.state]
 
 
 def timeline(listener: Listener, attack: Attack | None, run: OfflineRun) -> RenderableType:
