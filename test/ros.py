@@ -30,17 +30,18 @@ from typing import Any
 import pytest
 import rclpy
 from rclpy.context import Context
-from rclpy.executors import SingleThreadedExecutor
+from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 
-DOMAINS = range(150, 181)
+DOMAINS = range(1, 101)
 TIMEOUT_S = 20.0
 QUIET_S = 0.2
 KEEP_ALL = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)
 ROOT = Path(__file__).parents[1]
 
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+os.environ["FASTRTPS_DEFAULT_PROFILES_FILE"] = str(Path(__file__).with_name("fastdds.xml"))
 os.environ.setdefault("AMENT_PREFIX_PATH", sys.prefix)
 
 
@@ -114,7 +115,7 @@ class Graph:
         self._context = Context()
         rclpy.init(context=self._context, domain_id=domain)
         self.node = Node("test", context=self._context, enable_rosout=False)
-        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor = EventsExecutor(context=self._context)
         self._executor.add_node(self.node)
         self._processes: list[RosProcess] = []
         self._listeners: list[Listener] = []
@@ -153,8 +154,12 @@ class Graph:
     def spin_to_end(self, process: RosProcess, timeout_s: float = TIMEOUT_S) -> int:
         """Handle messages until a process has ended, and all it sent; return its exit code."""
         self.spin_until(lambda: process.returncode is not None, "the end of a node", timeout_s)
-        self.spin_until(self._quiet, "a quiet moment")
+        self.spin_until_quiet()
         return process.wait()
+
+    def spin_until_quiet(self) -> None:
+        """Handle messages until no listener has heard anything for a while."""
+        self.spin_until(self._quiet, "a quiet moment")
 
     def _quiet(self) -> bool:
         """Whether nothing has arrived for a while."""

@@ -14,6 +14,14 @@ from hijack_detect.bags.topics import PRESETS, TopicMap
 from hijack_detect.bags.writer import BagWriter
 from hijack_detect.streams.samples import FixSample, ImuSample, Sample, VelocitySample
 
+_HEADED = (
+    "sensor_msgs/msg/Imu",
+    "sensor_msgs/msg/NavSatFix",
+    "sensor_msgs/msg/MagneticField",
+    "geometry_msgs/msg/TwistStamped",
+    "mavros_msgs/msg/GPSRAW",
+)
+_PLAIN = ("std_msgs/msg/UInt32", "std_msgs/msg/Bool", "diagnostic_msgs/msg/DiagnosticArray")
 START_NS = 1_700_000_000_000_000_000
 STEP_NS = 20_000_000
 SPOOF_TEXT = """
@@ -69,6 +77,23 @@ def damage_last_chunk(path: Path) -> None:
     middle = block.offset + block.size // 2
     content[middle : middle + 64] = bytes(64)
     file.write_bytes(content)
+
+
+def stand_in(msgtype: str) -> object:
+    """A message class as far as the replay looks at it, without ROS; None if not installed."""
+    return _Headed if msgtype in _HEADED else _Plain if msgtype in _PLAIN else None
+
+
+class _Headed:
+    @staticmethod
+    def get_fields_and_field_types() -> dict[str, str]:
+        return {"header": "std_msgs/Header", "rest": "double"}
+
+
+class _Plain:
+    @staticmethod
+    def get_fields_and_field_types() -> dict[str, str]:
+        return {"data": "uint32"}
 
 
 def _at(log_ns: int, message: tuple[str, bytes]) -> tuple[str, int, bytes]:

@@ -33,8 +33,9 @@ DEFAULT_BAG = "bags/curved_8"
 DEFAULT_SCENARIO = "turn_away_track"
 LAST_WORDS_S = 1.0
 """Quiet time after the replay's end that shows that every verdict has arrived."""
-DOMAINS = 100
-"""First domain id that a demonstration may choose; the DDS ports go up to 232."""
+DOMAINS = range(1, 101)
+"""Domain ids that a demonstration chooses from; the ports of higher ones are taken at random by
+other programs."""
 
 
 @dataclass(frozen=True)
@@ -117,7 +118,7 @@ def _play(
     console: Console, options: DemoOptions, share: Path, replay: list[str], logs: Path
 ) -> Listener:
     """Start all nodes, play the bag, and return what was heard."""
-    domain = os.environ.get("ROS_DOMAIN_ID") or str(DOMAINS + os.getpid() % 130)
+    domain = os.environ.get("ROS_DOMAIN_ID") or str(DOMAINS[os.getpid() % len(DOMAINS)])
     graph = {"ROS_DOMAIN_ID": domain, "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
     os.environ.update(graph)
     inputs = ["--params-file", str(share / "config/replay.yaml")]

@@ -14,7 +14,6 @@ to its own pace. Ends with exit code 0 at the bag's end, with 2 when the bag tur
 
 from __future__ import annotations
 
-import signal
 import sys
 import time
 
@@ -277,8 +276,6 @@ def main() -> None:
         made.append(BagReplay())
         return made[0]
 
-    # rclpy ends the node at Ctrl-C; a KeyboardInterrupt would hit it in the middle of a callback.
-    signal.signal(signal.SIGINT, lambda *_: None)
     run(make, __doc__ or "")
     sys.exit(made[0].exit_code if made else 0)
 

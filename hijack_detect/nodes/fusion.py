@@ -82,7 +82,9 @@ class FusionNode(StageNode[FusionParameters]):
             text = f"no verdict of any detector for {silent_s:.0f} s"
             self._publish_status(status(name, DiagnosticStatus.STALE, text, {}))
         else:
-            self._publish_status(fusion_message(result).status[0])
+            told = fusion_message(result).status[0]
+            told.name = name
+            self._publish_status(told)
 
 
 def main() -> None:

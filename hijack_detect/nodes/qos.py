@@ -11,9 +11,10 @@ SENSOR = QoSProfile(
 or PX4; deep, since Python may pause for longer than five samples of an IMU."""
 
 INTERNAL = QoSProfile(
-    history=HistoryPolicy.KEEP_LAST, depth=1000, reliability=ReliabilityPolicy.RELIABLE
+    history=HistoryPolicy.KEEP_LAST, depth=10_000, reliability=ReliabilityPolicy.RELIABLE
 )
-"""Between the nodes of this package: nothing may be lost, or replays would differ."""
+"""Between the nodes of this package: nothing may be lost, or replays would differ. The depth is
+40 s of an IMU at 250 Hz; a node that hangs for longer must not stop the others."""
 
 STATE = QoSProfile(
     history=HistoryPolicy.KEEP_LAST,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import signal
 import sys
 from collections.abc import Callable
 
@@ -20,14 +21,21 @@ SPIN_S = 0.1
 def run(make: Callable[[], Node], summary: str) -> None:
     """Run a node until it is interrupted: the whole `main` of a node's executable.
 
-    A ValueError while the node is made (a parameter out of bounds, a bag that cannot be read)
-    ends the process with one line on stderr and exit code 2. `--help` prints the summary.
+    ROS arguments that cannot be used, and a ValueError while the node is made (a parameter out
+    of bounds, a bag that cannot be read), end the process with one line on stderr and exit
+    code 2. `--help` prints the summary.
     """
     if {"-h", "--help"} & set(sys.argv[1:]):
         print(summary.strip())
         print("\nROS arguments: --ros-args -p NAME:=VALUE --params-file FILE -r FROM:=TO")
         return
-    rclpy.init(args=sys.argv)
+    # rclpy ends the node at Ctrl-C; a KeyboardInterrupt would hit it in the middle of a callback.
+    signal.signal(signal.SIGINT, lambda *_: None)
+    try:
+        rclpy.init(args=sys.argv)
+    except RuntimeError as error:  # a parameter file that cannot be read
+        print(f"error: {' '.join(str(error).split())}", file=sys.stderr)
+        sys.exit(EXIT_BAD_INPUT)
     try:
         node = make()
     except ValueError as error:
@@ -36,10 +44,9 @@ def run(make: Callable[[], Node], summary: str) -> None:
         sys.exit(EXIT_BAD_INPUT)
     executor = EventsExecutor()
     executor.add_node(node)
-    with contextlib.suppress(KeyboardInterrupt, ExternalShutdownException):
+    with contextlib.suppress(ExternalShutdownException):
         while ok():
             executor.spin_once(timeout_sec=SPIN_S)
-    with contextlib.suppress(KeyboardInterrupt):
-        executor.remove_node(node)
-        node.destroy_node()
-        try_shutdown()
+    executor.remove_node(node)
+    node.destroy_node()
+    try_shutdown()
