@@ -42,17 +42,17 @@ class CorrelationDetector:
     """
 
     NAME = "correlation"
-    inputs = ("attitude", "course")
 
     def __init__(self, parameters: CorrelationParameters) -> None:
         """Start with empty windows."""
         self._parameters = p = parameters
+        self.inputs = {"attitude": p.patience_s, "course": p.patience_s}
         self._smoothing = WindowSums(max(1, round(p.smoothing_s * NANOSECONDS)), 2)
         self._window_ns = round(p.window_s * NANOSECONDS)
         self._window = WindowSums(self._window_ns, 2, [(0, 0), (1, 1), (0, 1)])
         self._follow = FollowsCourse(p) if p.follow_s > 0.0 else None
         self._persistence = Persistence(p.persist_s)
-        self._watch = InputWatch(self.inputs)
+        self._watch = InputWatch(tuple(self.inputs))
         self._unwrap_yaw, self._unwrap_course = Unwrap(), Unwrap()
         self._lag_ns = round(p.course_lag_s * NANOSECONDS)
         self._yaws: deque[tuple[int, float]] = deque()

@@ -94,3 +94,12 @@ class CorrelationParameters(Parameters):
         low=0.1,
         high=180.0,
     )
+    patience_s: float = param(
+        10.0,
+        "How long to wait for another node of the monitor that has gone silent, on the stamps of "
+        "the other inputs. It must be longer than the estimator waits for a sensor (3 s). Costs "
+        "time only when a node has died. For replays faster than real time far larger.",
+        unit="s",
+        low=4.0,
+        high=3600.0,
+    )

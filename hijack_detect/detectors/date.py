@@ -16,6 +16,7 @@ from hijack_detect.estimation.course import displacement
 from hijack_detect.estimation.ekf import GRAVITY
 from hijack_detect.estimation.rotation import Array, matrix
 from hijack_detect.parameters import Parameters, param
+from hijack_detect.streams.merge import SENSOR_PATIENCE_S
 from hijack_detect.streams.samples import (
     NANOSECONDS,
     AttitudeSample,
@@ -66,6 +67,15 @@ class DateParameters(Parameters):
         low=10.0,
         high=180.0,
     )
+    patience_s: float = param(
+        10.0,
+        "How long to wait for another node of the monitor that has gone silent, on the stamps of "
+        "the other inputs. It must be longer than the estimator waits for a sensor (3 s). Costs "
+        "time only when a node has died. For replays faster than real time far larger.",
+        unit="s",
+        low=4.0,
+        high=3600.0,
+    )
     max_gap_s: float = param(
         2.0,
         "GPS velocities further apart than this are not compared.",
@@ -94,11 +104,15 @@ class DateDetector:
     """
 
     NAME = "date"
-    inputs = ("attitude", "fix", "velocity")
 
     def __init__(self, parameters: DateParameters) -> None:
         """Start without history."""
         self._parameters = p = parameters
+        self.inputs = {
+            "attitude": p.patience_s,
+            "fix": SENSOR_PATIENCE_S,
+            "velocity": SENSOR_PATIENCE_S,
+        }
         self._lag_ns = round(p.gps_lag_s * NANOSECONDS)
         self._window_ns = round(p.window_s * NANOSECONDS)
         self._window = WindowSums(self._window_ns, 3)

@@ -40,6 +40,15 @@ class FusionParameters(Parameters):
         low=0.1,
         high=1.0,
     )
+    patience_s: float = param(
+        5.0,
+        "How long to wait for a detector that has gone silent, on the stamps of the others: an "
+        "alert comes this much later when a detector has just died. For replays faster than real "
+        "time far larger.",
+        unit="s",
+        low=1.0,
+        high=3600.0,
+    )
     stale_s: float = param(
         3.0,
         "A detector whose newest verdict is this much older than the newest of all is STALE.",
@@ -76,7 +85,7 @@ class Fusion:
     def __init__(self, parameters: FusionParameters, detectors: Sequence[str]) -> None:
         """Expect verdicts of the named detectors."""
         self._parameters = parameters
-        self.inputs = tuple(detectors)
+        self.inputs = dict.fromkeys(detectors, parameters.patience_s)
         self._together_ns = round(parameters.together_s * NANOSECONDS)
         self._stale_ns = round(parameters.stale_s * NANOSECONDS)
         self._last: dict[str, Verdict] = {}
@@ -89,6 +98,10 @@ class Fusion:
         self._close: dict[str, Verdict] = {}
         self._alert_since_ns: int | None = None
         self._cause = ""
+
+    def inherit(self, before: Fusion) -> None:
+        """Keep the alert of the fusion before: a clock that is set back takes no alert back."""
+        self._alert_since_ns, self._cause = before._alert_since_ns, before._cause
 
     def update(self, name: str, verdict: Verdict) -> FusionResult:
         """Take the next verdict in order of stamp."""

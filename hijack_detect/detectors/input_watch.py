@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from hijack_detect.detectors.verdict import State
 from hijack_detect.streams.samples import NANOSECONDS
 
-SILENT_NS = 2 * NANOSECONDS
-"""An input without a sample for this long has stopped."""
+SILENT_NS = 3 * NANOSECONDS // 2
+"""An input without a sample for this long has stopped; receivers give at least one fix a second."""
 REPEAT_NS = NANOSECONDS
 """A detector that cannot evaluate says so this often."""
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
 from hijack_detect.estimation.attitude_parameters import AttitudeParameters
 from hijack_detect.estimation.course import CourseEstimator, CourseParameters
 from hijack_detect.estimation.ekf import (
+    ATTITUDE,
     POSITION,
     VELOCITY,
     Ekf,
@@ -30,6 +31,7 @@ from hijack_detect.estimation.rotation import (
     multiply,
     normalized,
 )
+from hijack_detect.streams.merge import SENSOR_PATIENCE_S
 from hijack_detect.streams.samples import (
     NANOSECONDS,
     AttitudeSample,
@@ -65,7 +67,9 @@ class AttitudeEstimator:
     first yaw and its gyro bias from the filter.
     """
 
-    inputs = ("imu", "fix", "velocity", "mag")
+    inputs: Mapping[str, float] = dict.fromkeys(
+        ("imu", "fix", "velocity", "mag"), SENSOR_PATIENCE_S
+    )
 
     def __init__(self, parameters: AttitudeParameters) -> None:
         """Start without attitude."""
@@ -215,14 +219,13 @@ class AttitudeEstimator:
 
         Then a horizontal velocity of about zero keeps roll and pitch upright instead.
         """
-        h = np.eye(15)[block]
+        rows = np.eye(15)[block]
         if self._aligned:
-            bank.measure(h, residual, variances)
+            bank.measure(lambda ekf: (rows, residual(ekf)), variances)
         else:
-            upright = np.vstack([np.eye(15)[3:5], h[2:]])
+            upright = np.vstack([np.eye(15)[3:5], rows[2:]])
             bank.measure(
-                upright,
-                lambda ekf: np.concatenate([-ekf.velocity[:2], residual(ekf)[2:]]),
+                lambda ekf: (upright, np.concatenate([-ekf.velocity[:2], residual(ekf)[2:]])),
                 np.concatenate([[1.0, 1.0], variances[2:]]),
             )
         self._carry_output(bank.best)
@@ -246,13 +249,16 @@ class AttitudeEstimator:
         if turn is None:
             return
         if not self._aligned:
-            error = heading_error(bank.best.attitude, sample.field, turn)
+            error, _ = heading_error(bank.best.attitude, sample.field, turn)
             self._align(bank.best, error, np.zeros(3))
-        bank.measure(
-            np.eye(15)[8:9],
-            lambda ekf: np.array([heading_error(ekf.attitude, sample.field, turn)]),
-            np.array([math.radians(self._parameters.mag_sigma_deg) ** 2]),
-        )
+
+        def observe(ekf: Ekf) -> tuple[Array, Array]:
+            angle, by_attitude = heading_error(ekf.attitude, sample.field, turn)
+            h = np.zeros((1, 15))
+            h[0, ATTITUDE] = by_attitude
+            return h, np.array([angle])
+
+        bank.measure(observe, np.array([math.radians(self._parameters.mag_sigma_deg) ** 2]))
 
 
 def _turned(q: Quaternion, dt: float, omega: Vector3) -> Quaternion:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from hijack_detect.estimation.geodesy import LocalFrame
 from hijack_detect.parameters import Parameters, param
+from hijack_detect.streams.merge import SENSOR_PATIENCE_S
 from hijack_detect.streams.samples import NANOSECONDS, CourseSample, FixSample, Vector3
 
 
@@ -39,7 +41,7 @@ class CourseEstimator:
     and the result is counter-clockwise from East (REP-103); `gps_angle` is the paper's sense.
     """
 
-    inputs = ("fix",)
+    inputs: Mapping[str, float] = {"fix": SENSOR_PATIENCE_S}
 
     def __init__(self, parameters: CourseParameters) -> None:
         """Start without a previous fix."""

@@ -171,7 +171,7 @@ class Ekf:
     def turn(self, angle: float, sigma: float) -> None:
         """Turn the attitude about Up by an angle and restart the heading's uncertainty, rad.
 
-        Errors of velocity and attitude in ENU turn along; the heading forgets its correlations.
+        The uncertainty of the tilt turns along; the heading forgets its correlations.
         """
         self.attitude = normalized(
             multiply((0.0, 0.0, math.sin(angle / 2), math.cos(angle / 2)), self.attitude)

@@ -60,16 +60,16 @@ class FilterBank:
         for ekf in self._filters:
             action(ekf)
 
-    def measure(self, h: Array, residual: Callable[[Ekf], Array], r: Array) -> None:
+    def measure(self, observe: Callable[[Ekf], tuple[Array, Array]], r: Array) -> None:
         """Update every filter with a measurement and drop those that it makes unlikely.
 
         Args:
-            h: Observation matrix, shape (m, 15).
-            residual: Measured minus predicted of a filter, shape (m,).
+            observe: Observation matrix, shape (m, 15), and measured minus predicted, shape
+                (m,), of a filter.
             r: Variances of the measurement noise, shape (m,).
         """
         for k, ekf in enumerate(self._filters):
-            self._scores[k] += ekf.update(h, residual(ekf), r)
+            self._scores[k] += ekf.update(*observe(ekf), r)
         if not self.decided:
             self._prune()
 

@@ -28,10 +28,20 @@ def declination(latitude_deg: float, longitude_deg: float, altitude_m: float) ->
     return math.radians(result.d)
 
 
-def heading_error(attitude: Quaternion, field: Vector3, declination_rad: float) -> float:
-    """How far the attitude must turn about Up to agree with the measured field, radians.
+def heading_error(
+    attitude: Quaternion, field: Vector3, declination_rad: float
+) -> tuple[float, Vector3]:
+    """How far the attitude must turn about Up to agree with the measured field.
 
     The field turned into ENU must point at magnetic North, `declination_rad` East of North.
+
+    Returns:
+        The angle in radians, and its derivatives by the attitude error in ENU: where the field
+        is steep, a small error of tilt turns its horizontal part a lot.
     """
-    east, north, _ = rotate(attitude, field)
-    return math.remainder(math.pi / 2 - declination_rad - math.atan2(north, east), math.tau)
+    east, north, up = rotate(attitude, field)
+    level = east * east + north * north
+    if level == 0.0:
+        return 0.0, (0.0, 0.0, 0.0)
+    angle = math.remainder(math.pi / 2 - declination_rad - math.atan2(north, east), math.tau)
+    return angle, (-up * east / level, -up * north / level, 1.0)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
-from typing import Any, Protocol
+from collections.abc import Callable, Mapping
+from typing import Any, Protocol, runtime_checkable
 
 from hijack_detect.streams.merge import StreamMerge
 
@@ -13,11 +13,22 @@ class Component(Protocol):
     """An estimator, detector or fusion: takes samples in order of stamp."""
 
     @property
-    def inputs(self) -> Sequence[str]:
-        """Names of its inputs; samples with equal stamps come in this order."""
+    def inputs(self) -> Mapping[str, float]:
+        """Its inputs, and how long each is waited for when it is silent, seconds.
+
+        Samples with equal stamps come in this order.
+        """
 
     def update(self, name: str, sample: Any) -> Any:
         """Take the next sample; return an output, or None."""
+
+
+@runtime_checkable
+class Latching(Protocol):
+    """A component that must not forget what it has claimed when it is made afresh."""
+
+    def inherit(self, before: Any) -> None:
+        """Take over what the component before had claimed."""
 
 
 class Stage:
@@ -42,13 +53,19 @@ class Stage:
 
     def restart(self) -> None:
         """Make the component afresh; the order of the inputs is kept."""
-        self.component = self._make()
+        self._renew()
+        self._merge.set_patience(self.component.inputs)
+
+    def _renew(self) -> None:
+        before, self.component = self.component, self._make()
+        if isinstance(self.component, Latching):
+            self.component.inherit(before)
 
     def push(self, name: str, sample: Any) -> list[Any]:
         """Take one sample of an input; return the outputs that became certain, in order."""
         ready = self._merge.push(name, sample)
         if self._merge.restarted:
-            self.component = self._make()
+            self._renew()
             self.restarts += 1
         outputs = (self.component.update(source, one) for source, one in ready)
         return [output for output in outputs if output is not None]

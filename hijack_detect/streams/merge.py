@@ -9,11 +9,21 @@ from __future__ import annotations
 
 import heapq
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar
 
 from hijack_detect.streams.samples import NANOSECONDS
+
+SILENCE_S = 2.0
+"""An input without a sample for this long, on its own stamps, has had an outage."""
+SKEW_S = 1.0
+"""After an outage the samples of this time are left out: whether they arrive before the other
+inputs have moved on is a matter of luck."""
+RESTART_S = 5.0
+"""A clock that runs back by more than this is that of a new recording."""
+SENSOR_PATIENCE_S = SILENCE_S + SKEW_S
+"""How long to wait for a sensor that has gone silent, on the stamps of the other inputs."""
 
 
 class Stamped(Protocol):
@@ -30,46 +40,48 @@ S = TypeVar("S", bound=Stamped)
 @dataclass
 class _Input:
     index: int
+    patience_ns: int
     latest_ns: int | None = None
+    doubted_ns: int | None = None
+    """A stamp that did not follow on the one before; the next one shows which was right."""
     joins_at_ns: int | None = None
-    """After an outage, samples before this stamp are left out: see `StreamMerge`."""
 
 
 class StreamMerge(Generic[S]):
     """Orders the samples of named inputs by stamp; ties go in the order of the names.
 
-    An input that stays silent for `silence_s` plus `skew_s` (on the stamps of the others) is
-    no longer waited for. When it returns after more than `silence_s`, its samples of the first
-    `skew_s` are left out, because whether they arrive before the others have moved on is a
-    matter of luck. Provided that no input is delivered more than `skew_s` later than another,
-    the output is a function of the stamps alone.
+    An input that stays silent is waited for as long as its patience, on the stamps of the
+    others, and then no longer. Provided that no input is delivered later than that, the output
+    is a function of the stamps alone; a larger patience costs time only while an input is silent.
 
-    A stamp that does not increase is refused and counted. One that runs backwards by more than
-    `restart_s` is a new recording (a looped bag, a clock that was set): `restarted` becomes
-    true for that call and everything begins afresh, so that a bad clock never silences an input.
+    A stamp that does not increase is refused and counted. One that leaves a gap, or runs far
+    backwards, is left out until the next sample of its input follows on it, so that a single
+    broken stamp changes nothing. After a gap the input joins again one second later, after a
+    jump backwards (a looped bag, a clock that was set) everything begins afresh, and
+    `restarted` is true for that call.
     """
 
-    def __init__(
-        self,
-        names: Sequence[str],
-        *,
-        silence_s: float = 2.0,
-        skew_s: float = 1.0,
-        restart_s: float = 5.0,
-    ) -> None:
-        """Make a merge of the named inputs."""
-        self._names = tuple(names)
-        self._silence_ns = round(silence_s * NANOSECONDS)
-        self._skew_ns = round(skew_s * NANOSECONDS)
-        self._restart_ns = round(restart_s * NANOSECONDS)
+    def __init__(self, patience_s: Mapping[str, float]) -> None:
+        """Make a merge of inputs, given how long to wait for each, in seconds."""
+        self._silence_ns = round(SILENCE_S * NANOSECONDS)
+        self._skew_ns = round(SKEW_S * NANOSECONDS)
+        self._restart_ns = round(RESTART_S * NANOSECONDS)
         self.refused: Counter[str] = Counter()
         """Samples left out, by reason."""
         self.restarted = False
         """True when the last `push` began a new recording."""
+        self.set_patience(patience_s)
         self._begin()
 
+    def set_patience(self, patience_s: Mapping[str, float]) -> None:
+        """Change how long to wait for each input from the next recording on, in seconds."""
+        self._patience_ns = {name: round(s * NANOSECONDS) for name, s in patience_s.items()}
+
     def _begin(self) -> None:
-        self._inputs = {name: _Input(index) for index, name in enumerate(self._names)}
+        self._inputs = {
+            name: _Input(index, patience)
+            for index, (name, patience) in enumerate(self._patience_ns.items())
+        }
         self._waiting: list[tuple[int, int, str, S]] = []
         self._first_ns: int | None = None
         self._newest_ns = 0
@@ -77,24 +89,12 @@ class StreamMerge(Generic[S]):
 
     def push(self, name: str, sample: S) -> list[tuple[str, S]]:
         """Take one sample; return the samples that became certain, in order of stamp."""
-        stamp = sample.stamp_ns
-        source = self._inputs[name]
         self.restarted = False
-        if source.latest_ns is not None and stamp <= source.latest_ns:
-            if source.latest_ns - stamp <= self._restart_ns:
-                self.refused[f"{name}: stamp does not increase"] += 1
-                return []
-            self.refused[f"{name}: clock ran backwards, started afresh"] += 1
-            self._begin()
-            self.restarted = True
-            source = self._inputs[name]
-        if self._first_ns is None:
-            self._first_ns = self._newest_ns = stamp
-        since = self._first_ns if source.latest_ns is None else source.latest_ns
-        if stamp - since > self._silence_ns:
-            source.joins_at_ns = stamp + self._skew_ns
-        source.latest_ns = stamp
-        self._newest_ns = max(self._newest_ns, stamp)
+        stamp = sample.stamp_ns
+        if not self._follows(name, stamp):
+            return []
+        source = self._inputs[name]
+        self._note(source, stamp)
         if self._released_ns is not None and stamp <= self._released_ns:
             self.refused[f"{name}: arrived too late"] += 1
         elif source.joins_at_ns is not None and stamp < source.joins_at_ns:
@@ -102,6 +102,37 @@ class StreamMerge(Generic[S]):
         else:
             heapq.heappush(self._waiting, (stamp, source.index, name, sample))
         return list(self._release())
+
+    def _follows(self, name: str, stamp: int) -> bool:
+        """Whether the stamp follows on those before it, of this or of a new recording."""
+        source = self._inputs[name]
+        latest, doubted = source.latest_ns, source.doubted_ns
+        if latest is None or 0 < stamp - latest <= self._silence_ns:
+            source.doubted_ns = None
+            return True
+        if 0 <= latest - stamp <= self._restart_ns:
+            self.refused[f"{name}: stamp does not increase"] += 1
+            return False
+        if doubted is None or not 0 < stamp - doubted <= self._silence_ns:
+            source.doubted_ns = stamp
+            self.refused[f"{name}: stamp jumps"] += 1
+            return False
+        if stamp < latest:
+            self._begin()
+            self.restarted = True
+        else:
+            source.doubted_ns = None
+            source.joins_at_ns = stamp + self._skew_ns
+        return True
+
+    def _note(self, source: _Input, stamp: int) -> None:
+        if self._first_ns is None:
+            self._first_ns = self._newest_ns = stamp
+        self._first_ns = min(self._first_ns, stamp)
+        if source.latest_ns is None and stamp - self._first_ns > self._silence_ns:
+            source.joins_at_ns = stamp + self._skew_ns
+        source.latest_ns = stamp
+        self._newest_ns = max(self._newest_ns, stamp)
 
     def _release(self) -> Iterator[tuple[str, S]]:
         certain_ns = self._certain_until()
@@ -115,7 +146,8 @@ class StreamMerge(Generic[S]):
         assert self._first_ns is not None
         certain = self._newest_ns
         for source in self._inputs.values():
-            since = self._first_ns if source.latest_ns is None else source.latest_ns
-            if self._newest_ns - since <= self._silence_ns + self._skew_ns:
-                certain = min(certain, since if source.latest_ns is not None else since - 1)
+            heard = source.latest_ns is not None
+            since = source.latest_ns if source.latest_ns is not None else self._first_ns
+            if self._newest_ns - since <= source.patience_ns:
+                certain = min(certain, since if heard else since - 1)
         return certain

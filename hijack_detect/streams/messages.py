@@ -50,11 +50,11 @@ def attitude_sample(message: Any) -> AttitudeSample:
     REP-145: a first orientation covariance of -1 says that there is no orientation.
     """
     covariance = message.orientation_covariance
-    known = covariance[0] >= 0.0
+    known = _within(covariance[0], "orientation_covariance[0]", -1.0, math.inf) >= 0.0
     return AttitudeSample(
         _stamp(message),
         _quaternion(message.orientation) if known else None,
-        float(covariance[8]) if known else math.inf,
+        _within(covariance[8], "orientation_covariance[8]", 0.0, math.inf) if known else math.inf,
         _vector(message.angular_velocity, "angular_velocity", MAX_ANGULAR_VELOCITY),
         _vector(message.linear_acceleration, "linear_acceleration", MAX_SPECIFIC_FORCE),
     )

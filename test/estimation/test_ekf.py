@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
-from scipy.stats import chi2
+from scipy.stats import chi2, multivariate_normal
 
 from hijack_detect.estimation.ekf import GRAVITY, Ekf, ImuBlock, ProcessNoise
 
@@ -172,6 +172,19 @@ def test_the_update_is_the_textbook_one(seed: int) -> None:
     expected = (np.eye(15) - gain @ h) @ before.covariance
     np.testing.assert_allclose(ekf.covariance, expected, atol=1e-12)
     np.testing.assert_allclose(error_between(ekf, before), gain @ residual, atol=1e-12)
+
+
+@pytest.mark.parametrize("count", [1, 3, 6])
+def test_the_update_returns_the_log_likelihood_of_the_innovation(count: int) -> None:
+    """Up to the constant of the normal density, which the filters of a bank share."""
+    rng = np.random.default_rng(count)
+    ekf = random_filter(rng)
+    ekf.covariance = random_covariance(rng)
+    h, r = rng.normal(size=(count, 15)), rng.uniform(0.01, 1.0, count)
+    residual = rng.normal(size=count)
+    density = multivariate_normal(np.zeros(count), h @ ekf.covariance @ h.T + np.diag(r))
+    expected = density.logpdf(residual) + 0.5 * count * math.log(math.tau)
+    assert ekf.update(h, residual, r) == pytest.approx(expected)
 
 
 def test_the_covariance_stays_symmetric_and_positive_definite() -> None:

@@ -41,6 +41,7 @@ def test_successive_takes_cover_the_time_once(steps: list[int], cuts: list[int])
     begin, turned = 0, 0.0
     for end in ends:
         block = buffer.take(begin * MS, end * MS)
+        assert np.all(block.dt > 0.0)
         assert np.sum(block.dt) == pytest.approx((end - begin) * 1e-3)
         turned += float(np.sum(block.dt * block.angular_velocity[:, 0]))
         begin = end
