@@ -34,7 +34,7 @@ ARGUMENTS = (
 
 
 def reliable(namespace: str) -> dict[str, str]:
-    """Parameters that make every input reliable, so that a replay loses nothing."""
+    """Parameters that make every input in a namespace reliable, as config/replay.yaml does."""
     prefix = f"/{namespace.strip('/')}" if namespace else ""
     return {
         f"qos_overrides.{prefix}/{topic}.subscription.{policy}": value
@@ -51,6 +51,7 @@ def nodes(context: LaunchContext) -> list[LaunchDescriptionEntity]:
 
     namespace = given("uav")
     own = PathJoinSubstitution([FindPackageShare(PACKAGE), "config", f"{given('policy')}.yaml"])
+    replayed = PathJoinSubstitution([FindPackageShare(PACKAGE), "config", "replay.yaml"])
     clock = {"use_sim_time": given("use_sim_time") == "true"}
     monitor = [
         Node(
@@ -58,7 +59,7 @@ def nodes(context: LaunchContext) -> list[LaunchDescriptionEntity]:
             executable=name,
             name=name,
             namespace=namespace,
-            parameters=[given("params_file") or own, clock, reliable(namespace)],
+            parameters=[given("params_file") or own, replayed, clock, reliable(namespace)],
             output="screen",
         )
         for name in MONITOR
