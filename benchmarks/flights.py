@@ -3,28 +3,32 @@
     python benchmarks/flights.py FOLDER [--match quad]
 
 The attack is config/scenarios/turn_away_track.yaml. Its onsets are the start of the longest
-piece of forward flight and one and two thirds into it, so they depend on no detector. Prints
-Markdown for both policies, and for every false alarm of the published correlation what the
-default parameter set says at the same stamp, which is its cause.
+piece of forward flight and one and two thirds into it, so they depend on no detector; attacks
+that the flight's end would cut off are left out. Prints Markdown for both policies, and for
+every false alarm of the published correlation what the default parameter set says at the same
+stamp, which is its cause.
 """
 
 from __future__ import annotations
 
 import math
 import re
+import statistics
 from collections import Counter
 from collections.abc import Iterator
 from multiprocessing import Pool
 from pathlib import Path
+from typing import Any
 
 import click
+from scipy.stats import binomtest
 
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.bags.samples import Rejected, read_samples
 from hijack_detect.bags.topics import topic_map
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.evaluation.offline import OfflineRun, run_offline
-from hijack_detect.evaluation.outcome import Attack, changes, detector_outcome
+from hijack_detect.evaluation.outcome import Attack, alert_is_right, changes, detector_outcome
 from hijack_detect.evaluation.policies import POLICIES, policy_parameters
 from hijack_detect.spoofing.scenario import load_scenario
 from hijack_detect.streams.samples import NANOSECONDS, VelocitySample
@@ -92,18 +96,21 @@ def attacked_row(name: str, run: OfflineRun, attack: Attack) -> str:
     return f"| {name} | {onset:.1f} | {false} | {first[0]} | {first[1]} | {after} | {off} |"
 
 
-def attacks(name: str, reader: BagReader, policy: str) -> Iterator[str]:
-    """Lines of the three attacks."""
+def attacks(name: str, reader: BagReader, policy: str) -> Iterator[tuple[str, float | None]]:
+    """Line of each of the three attacks, and seconds from onset to alert if it was right."""
     begin, end = forward_flight(reader)
     for third in range(3):
         onset = round(begin + third * (end - begin) / 3, 1)
         if onset + ATTACK_S > reader.duration_s:
-            yield f"| {name} | {onset:.1f} | the flight ends within the attack | | | | |"
             continue
         scenario = load_scenario(SCENARIO).moved_to(onset)
         start = reader.start_ns + round(onset * NANOSECONDS)
         attack = Attack(start, start + round(ATTACK_S * NANOSECONDS))
-        yield attacked_row(name, run_offline(reader, policy_parameters(policy), scenario), attack)
+        run = run_offline(reader, policy_parameters(policy), scenario)
+        alert = alert_of(run)
+        right = alert is not None and alert_is_right(alert, attack)
+        late = (alert - attack.onset_ns) / NANOSECONDS if alert is not None and right else None
+        yield attacked_row(name, run, attack), late
 
 
 def causes(paper: OfflineRun, default: OfflineRun) -> str:
@@ -126,29 +133,46 @@ def cause(verdict: Verdict) -> str:
     return re.sub(r"[-+]?[0-9.]+ ?[s°]?", "…", verdict.reason)
 
 
-def flight(path: Path) -> dict[str, list[str]]:
-    """All lines of one flight by table."""
+def summary(times: list[float | None]) -> str:
+    """Attacks found, with the exact 95 % interval of Clopper and Pearson, and how soon."""
+    found = [time for time in times if time is not None]
+    if not times or not found:
+        return f"{len(found)} of {len(times)} attacks found."
+    interval = binomtest(len(found), len(times)).proportion_ci(method="exact")
+    return (
+        f"{len(found)} of {len(times)} attacks found ({100 * len(found) / len(times):.0f} %, "
+        f"95 % interval {100 * interval.low:.0f}–{100 * interval.high:.0f} %), after "
+        f"{statistics.median(found):.1f} s at the median and {max(found):.1f} s at most."
+    )
+
+
+def flight(path: Path) -> dict[str, list[Any]]:
+    """All lines of one flight by table, and times to alert by policy."""
     with BagReader(path) as reader:
         runs = {policy: run_offline(reader, policy_parameters(policy)) for policy in POLICIES}
         rows = {f"clean {p}": [clean_row(path.name, reader, run)] for p, run in runs.items()}
         for policy in POLICIES:
-            rows[f"attacked {policy}"] = list(attacks(path.name, reader, policy))
+            lines = list(attacks(path.name, reader, policy))
+            rows[f"attacked {policy}"] = [line for line, _ in lines]
+            rows[f"times {policy}"] = [time for _, time in lines]
         rows["causes"] = [f"| {path.name} | {causes(runs['paper'], runs['default'])} |"]
     return rows
 
 
 @click.command()
 @click.argument("folder", type=click.Path(exists=True, file_okay=False, path_type=Path))
-@click.option("--match", default="", help="Only flights whose name contains this.")
-def main(folder: Path, match: str) -> None:
+@click.option("--match", multiple=True, default=[""], help="Only flights with this in the name.")
+def main(folder: Path, match: tuple[str, ...]) -> None:
     """Print the tables."""
-    paths = sorted(p for p in folder.iterdir() if p.is_dir() and match in p.name)
+    wanted = (p for p in folder.iterdir() if any(part in p.name for part in match))
+    paths = sorted(p for p in wanted if p.is_dir())
     with Pool() as pool:
         flights = pool.map(flight, paths, chunksize=1)
     for policy in POLICIES:
         for kind, header in (("clean", CLEAN), ("attacked", ATTACKED)):
             print(f"\n#### {kind.capitalize()}, policy `{policy}`\n\n{header}")
             print("\n".join(row for rows in flights for row in rows[f"{kind} {policy}"]))
+        print("\n" + summary([time for rows in flights for time in rows[f"times {policy}"]]))
     print(f"\n#### Causes of the published correlation's false alarms\n\n{CAUSES}")
     print("\n".join(row for rows in flights for row in rows["causes"]))
 

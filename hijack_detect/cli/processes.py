@@ -7,7 +7,7 @@ import os
 import signal
 import subprocess
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
 
@@ -40,7 +40,7 @@ class NodeProcesses:
 
     def start(self, node: str, arguments: Sequence[str]) -> None:
         """Start a node's executable with ROS arguments."""
-        with (self._logs / f"{node}.log").open("wb") as log:
+        with (self._logs / f"{node}.log").open("wb") as log, _interrupt_held():
             self._running[node] = subprocess.Popen(
                 [str(self._programs / node), "--ros-args", *arguments],
                 stdin=subprocess.DEVNULL,
@@ -79,6 +79,19 @@ class NodeProcesses:
             except (subprocess.TimeoutExpired, KeyboardInterrupt):
                 _signal(process, signal.SIGKILL)
                 process.wait()
+
+
+@contextlib.contextmanager
+def _interrupt_held() -> Iterator[None]:
+    """Let Ctrl-C wait: in the middle of a start it would leave a process that nobody stops."""
+    pressed: list[int] = []
+    before = signal.signal(signal.SIGINT, lambda number, _: pressed.append(number))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+    if pressed:
+        raise KeyboardInterrupt
 
 
 def _signal(process: subprocess.Popen[bytes], number: signal.Signals) -> None:

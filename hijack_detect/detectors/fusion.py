@@ -174,6 +174,8 @@ class Fusion:
             return State.SUSPICIOUS
         if lost:
             return State.STALE
+        if len(known) < len(self.inputs):
+            return State.NOT_READY
         for state in (State.NORMAL, State.NOT_OBSERVABLE):
             if state in states:
                 return state

@@ -133,10 +133,11 @@ class AttitudeEstimator:
             self._carry_output(self._bank.best)
         variance = self._heading_variance()
         self._settled |= math.sqrt(variance) < math.radians(self._parameters.settled_sigma_deg)
+        orientation = self._orientation()
         return AttitudeSample(
             sample.stamp_ns,
-            self._orientation(),
-            variance,
+            orientation,
+            math.inf if orientation is None else variance,
             sample.angular_velocity,
             sample.specific_force,
         )

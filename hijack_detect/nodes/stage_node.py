@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -24,6 +25,7 @@ from hijack_detect.streams.messages import CONVERTERS, BadMessage
 P = TypeVar("P", bound=Parameters)
 
 LOG_EVERY_S = 10.0
+"""Bad messages of one input are logged this often; all are counted."""
 
 
 @dataclass(frozen=True)
@@ -81,6 +83,7 @@ class StageNode(Node, Generic[P]):
         self.rejected: Counter[str] = Counter()
         self._received: Counter[str] = Counter()
         self._told: Counter[str] = Counter()
+        self._logged_at: dict[str, float] = {}
         self.add_on_set_parameters_callback(self._check_change)
         self.add_post_set_parameters_callback(self._apply_change)
         for input_name, given in inputs.items():
@@ -127,11 +130,14 @@ class StageNode(Node, Generic[P]):
 
     def _reject(self, name: str, topic: str, message: Any, why: str) -> None:
         self.rejected[f"{name}: bad message"] += 1
+        now = time.monotonic()
+        if now - self._logged_at.get(name, -LOG_EVERY_S) < LOG_EVERY_S:
+            return
+        self._logged_at[name] = now
         stamp = message.header.stamp
         self.log.warning(
             f"{self.resolve_topic_name(topic)}: message stamped "
-            f"{stamp.sec}.{stamp.nanosec:09d} left out: {why}",
-            throttle_duration_sec=LOG_EVERY_S,
+            f"{stamp.sec}.{stamp.nanosec:09d} left out: {why}"
         )
 
     def _check_change(self, changes: list[Parameter]) -> SetParametersResult:

@@ -1,0 +1,8 @@
+"""Makes the helpers of test/ importable, and their fixtures known."""
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from ros import domain  # noqa: F401

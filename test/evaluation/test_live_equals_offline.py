@@ -1,0 +1,69 @@
+"""The same bag gives the same verdicts offline and live, at any rate, to the bit."""
+
+from __future__ import annotations
+
+import signal
+from pathlib import Path
+
+import pytest
+from live import (
+    SCENARIO,
+    SECOND,
+    assert_same,
+    expected,
+    offline,
+    replay,
+    stamp_ns,
+    start_monitor,
+    values_of,
+)
+from ros import ROOT, Graph
+
+FLIGHTS = ROOT / ".." / "shared" / "flights"
+OWN = ROOT / "bags/curved_8"
+SIMULATED = FLIGHTS / "sitl/dev_008_curved"
+REAL = FLIGHTS / "bags/inertialnav__quad106"
+"""A real flight without magnetometer."""
+SPIN_S = 90.0
+LAST_S = 5.0
+"""The end of a part of a bag for which verdicts may still be held back."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("bag", "policy", "rate", "duration_s"),
+    [
+        pytest.param(OWN, "default", 4.0, 0.0, id="own-default-4x"),
+        pytest.param(OWN, "paper", 10.0, 0.0, id="own-paper-10x"),
+        pytest.param(SIMULATED, "default", 10.0, 90.0, id="simulated-default-10x"),
+        pytest.param(REAL, "paper", 8.0, 90.0, id="real-paper-8x"),
+    ],
+)
+def test_every_verdict_of_a_spoofed_flight_is_the_same(
+    graph: Graph, bag: Path, policy: str, rate: float, duration_s: float
+) -> None:
+    if not bag.is_dir():
+        pytest.skip("the recorded flights (../shared/flights) are not here")
+    live = start_monitor(graph, policy)
+    replay(graph, bag, SPIN_S, rate=rate, scenario=SCENARIO, duration_s=duration_s)
+    run = offline(bag, policy, SCENARIO)
+    printed = "".join(node.output for node in live.nodes.values())
+    late = [line for line in printed.splitlines() if "left out" in line]
+
+    for name, wanted in expected(run).items():
+        heard = live.verdicts[name].messages
+        assert heard, printed
+        if duration_s:
+            assert stamp_ns(heard[-1]) - run.start_ns > (duration_s - LAST_S) * SECOND
+            wanted = wanted[: len(heard)]  # noqa: PLW2901
+        assert_same(name, heard, wanted, late)
+    assert late == []
+
+    first_alert = next(result.stamp_ns for result in run.results if result.alert)
+    alerts = [one for one in live.verdicts["fusion"].messages if values_of(one)["alert"] == "true"]
+    assert stamp_ns(alerts[0]) == first_alert
+    assert {values_of(one)["alert_since_ns"] for one in alerts} == {str(first_alert)}
+    graph.spin_until(lambda: live.alert.messages[-1].data, "hijack_alert")
+    for node in live.nodes.values():
+        node.signal(signal.SIGINT)
+    assert [node.wait() for node in live.nodes.values()] == [0] * len(live.nodes)

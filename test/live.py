@@ -1,0 +1,110 @@
+"""The monitor as processes over DDS: what its nodes are fed, and what they say.
+
+The package's five nodes, a replayed bag, and every verdict that was heard, beside what an offline
+run of the same bag says. Messages are compared, so equal means equal to the bit: the numbers of a
+verdict are text that reads back exactly.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from ros import ROOT, Graph, Listener, RosProcess
+from std_msgs.msg import Bool
+
+from hijack_detect.bags.reader import BagReader
+from hijack_detect.evaluation.graph import DETECTORS
+from hijack_detect.evaluation.offline import OfflineRun, run_offline
+from hijack_detect.evaluation.policies import policy_parameters
+from hijack_detect.nodes.messages import fusion_message, verdict_message
+from hijack_detect.nodes.qos import STATE
+from hijack_detect.spoofing.scenario import load_scenario
+
+MONITOR = ("attitude_estimator", "gps_angle", "correlation_detector", "date_detector", "fusion")
+SECOND = 1_000_000_000
+SCENARIO = ROOT / "config/scenarios/turn_away_track.yaml"
+
+
+@dataclass
+class Live:
+    """A running monitor and what was heard of it."""
+
+    nodes: dict[str, RosProcess]
+    verdicts: dict[str, Listener]
+    """DETECTOR/verdict of each detector, and fusion/verdict."""
+    alert: Listener
+
+
+def start_monitor(graph: Graph, policy: str) -> Live:
+    """Start the five nodes as the demonstration does."""
+    verdicts = {
+        name: graph.listen(DiagnosticArray, f"{name}/verdict") for name in (*DETECTORS, "fusion")
+    }
+    alert = graph.listen(Bool, "hijack_alert", STATE)
+    files = [f"config/{policy}.yaml", "config/replay.yaml"]
+    arguments = [word for file in files for word in ("--params-file", str(ROOT / file))]
+    return Live({node: graph.start(node, *arguments) for node in MONITOR}, verdicts, alert)
+
+
+def replay(graph: Graph, bag: Path, timeout_s: float, **parameters: Any) -> RosProcess:
+    """Replay a bag to the monitor, and listen until everything has arrived."""
+    given = {"bag": bag, "wait_for": " ".join((*MONITOR, "test")), **parameters}
+    node = graph.start("bag_replay", parameters=given)
+    assert graph.spin_to_end(node, timeout_s) == 0, node.output
+    return node
+
+
+def offline(bag: Path, policy: str, scenario: Path | None) -> OfflineRun:
+    """What the same bag says without ROS."""
+    with BagReader(bag) as reader:
+        return run_offline(
+            reader, policy_parameters(policy), None if scenario is None else load_scenario(scenario)
+        )
+
+
+def expected(run: OfflineRun) -> dict[str, list[DiagnosticArray]]:
+    """The messages that the nodes would publish for an offline run, by detector, and fusion."""
+    found = {name: [verdict_message(one) for one in told] for name, told in run.verdicts.items()}
+    return {**found, "fusion": [fusion_message(one) for one in run.results]}
+
+
+def assert_same(
+    name: str,
+    heard: Sequence[DiagnosticArray],
+    wanted: Sequence[DiagnosticArray],
+    complaints: Sequence[str] = (),
+) -> None:
+    """Fail with the first message that differs, and with what the nodes complained of."""
+    for index, (ours, theirs) in enumerate(itertools.zip_longest(heard, wanted)):
+        if ours != theirs:
+            pytest.fail(
+                f"{name}: live and offline differ at message {index} (heard {len(heard)}, "
+                f"offline {len(wanted)}):\nlive    {told(ours)}\noffline {told(theirs)}\n"
+                + "\n".join(complaints)
+            )
+
+
+def told(message: DiagnosticArray | None) -> str:
+    """A verdict in one line."""
+    if message is None:
+        return "nothing"
+    one = message.status[0]
+    pairs = " ".join(f"{pair.key}={pair.value}" for pair in one.values)
+    return f"{stamp_ns(message)} level {one.level!r} {one.message!r} {pairs}"
+
+
+def stamp_ns(message: Any) -> int:
+    """Header stamp, nanoseconds."""
+    return int(message.header.stamp.sec) * SECOND + int(message.header.stamp.nanosec)
+
+
+def values_of(one: DiagnosticStatus | DiagnosticArray) -> dict[str, str]:
+    """Key and value of each pair of a diagnostic status."""
+    found = one.status[0] if isinstance(one, DiagnosticArray) else one
+    return {pair.key: pair.value for pair in found.values}

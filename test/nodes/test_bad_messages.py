@@ -1,0 +1,59 @@
+"""Messages that no sensor can mean: counted, told, left out, and the node goes on."""
+
+from __future__ import annotations
+
+import pytest
+from diagnostic_msgs.msg import DiagnosticStatus
+from feed import NODES, Fed
+from live import SECOND, values_of
+from ros import Graph
+
+
+@pytest.mark.parametrize("node", NODES)
+def test_bad_messages_are_counted_and_the_node_goes_on(graph: Graph, node: str) -> None:
+    fed = Fed(graph, node)
+    fed.until_more_output()
+
+    at_ns = fed.stamp_ns + 1
+    wanted = {}
+    for one in fed.inputs:
+        for make in one.bad.values():
+            fed.send(one, make(at_ns))
+        for back_ns in (0, SECOND):
+            fed.send(one, one.good(fed.stamp_ns - back_ns))
+        wanted[f"{one.name}: stamp does not increase"] = 2
+        if one.bad:
+            wanted[f"{one.name}: bad message"] = len(one.bad)
+    fed.until_left_out(wanted)
+    warned = [one for one in fed.reports() if one.level == DiagnosticStatus.WARN]
+    assert all(any(f"{reason} (" in one.message for one in warned) for reason in wanted)
+    log = fed.process.output
+    seconds = f"{at_ns // SECOND}.{at_ns % SECOND:09d}"
+    assert any(
+        f"/{one.topic}: message stamped {seconds} left out: " in log and told in log
+        for one in fed.inputs
+        for told in one.bad
+    ), log
+    assert all(f"left out: {reason}" in log for reason in wanted)
+
+    fed.until_more_output()
+    graph.spin_until(lambda: fed.reports()[-1].level == DiagnosticStatus.OK, "OK again")
+    assert fed.left_out() == wanted
+    assert fed.process.interrupt() == 0
+    assert "Traceback" not in fed.process.output
+    assert "internal error" not in fed.process.output
+
+
+@pytest.mark.parametrize("node", NODES)
+def test_a_clock_that_runs_far_backwards_starts_afresh(graph: Graph, node: str) -> None:
+    fed = Fed(graph, node)
+    fed.until_more_output()
+    fed.stamp_ns -= 100 * SECOND
+    fed.until_more_output()
+    graph.spin_until(
+        lambda: fed.reports() and values_of(fed.reports()[-1])["restarts"] == "1", "a restart"
+    )
+    assert f"{fed.inputs[0].name}: stamp jumps" in fed.left_out()
+    assert all(told.endswith(": stamp jumps") for told in fed.left_out())
+    assert set(fed.left_out().values()) == {1}
+    assert fed.process.interrupt() == 0

@@ -1,0 +1,210 @@
+"""The node fusion: the alert that a mission manager subscribes to."""
+
+from __future__ import annotations
+
+import itertools
+from typing import Any
+
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from live import SECOND, values_of
+from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
+from ros import KEEP_ALL, Graph, Listener, RosProcess
+from std_msgs.msg import Bool, Float64
+from std_srvs.srv import Trigger
+
+from hijack_detect.detectors.verdict import State, Verdict
+from hijack_detect.evaluation.graph import DETECTORS
+from hijack_detect.nodes.messages import verdict_message
+from hijack_detect.nodes.qos import STATE
+
+START_NS = 1_700_000_000 * SECOND
+STEP_NS = SECOND // 5
+
+
+class Monitored:
+    """A fusion node, and detectors that say what the test wants."""
+
+    def __init__(self, graph: Graph, *silent: str, **parameters: Any) -> None:
+        self.graph = graph
+        self.alert = graph.listen(Bool, "hijack_alert", STATE)
+        self.confidence = graph.listen(Float64, "hijack_confidence")
+        self.verdict = graph.listen(DiagnosticArray, "fusion/verdict")
+        self.diagnostics = graph.listen(DiagnosticArray, "/diagnostics")
+        self.node: RosProcess = graph.start("fusion", parameters=parameters)
+        self._publishers = {
+            name: graph.node.create_publisher(DiagnosticArray, f"{name}/verdict", KEEP_ALL)
+            for name in DETECTORS
+            if name not in silent
+        }
+        graph.spin_until(
+            lambda: all(one.get_subscription_count() for one in self._publishers.values()),
+            "subscriptions of fusion",
+        )
+        self._stamp_ns = START_NS
+        self._sent = 0
+
+    def say(self, seconds: float, **states: State) -> None:
+        """Let every detector say something for a while; NORMAL unless told otherwise.
+
+        Each waits for the fusion's answer to both, so neither runs ahead by more than a step.
+        """
+        for _ in range(round(seconds * SECOND / STEP_NS)):
+            self._stamp_ns += STEP_NS
+            for name, publisher in self._publishers.items():
+                state = states.get(name, State.NORMAL)
+                score = 2.0 if state is State.ALARM else 0.25
+                verdict = Verdict(name, self._stamp_ns, state, score, 1.0, f"{name} says so")
+                publisher.publish(verdict_message(verdict))
+                self._sent += 1
+            if len(self._publishers) == len(DETECTORS):
+                self.settle()
+
+    def settle(self) -> None:
+        """Wait until the fusion has answered to everything."""
+        for listener in (self.verdict, self.confidence):
+            self.graph.spin_until(lambda one=listener: len(one.messages) == self._sent, "answers")
+
+    def until_alert(self, value: bool) -> None:
+        self.graph.spin_until(
+            lambda: self.alert.messages and self.alert.messages[-1].data is value,
+            f"hijack_alert {value}",
+        )
+
+    def status(self) -> DiagnosticStatus | None:
+        """The newest diagnostic status of the alert."""
+        found = [
+            one
+            for message in self.diagnostics.messages
+            for one in message.status
+            if one.name == "/fusion: hijack alert"
+        ]
+        return found[-1] if found else None
+
+    def states(self) -> list[str]:
+        return [values_of(one)["state"] for one in self.verdict.messages]
+
+
+def runs(listener: Listener) -> list[bool]:
+    return [value for value, _ in itertools.groupby(one.data for one in listener.messages)]
+
+
+def test_the_alert_is_latched_for_late_subscribers_and_repeated(graph: Graph) -> None:
+    monitored = Monitored(graph)
+    monitored.until_alert(False)
+    monitored.say(2.0)
+    monitored.say(1.0, date=State.ALARM)
+    monitored.until_alert(True)
+    (info,) = graph.node.get_publishers_info_by_topic("/hijack_alert")
+    assert info.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
+    assert info.qos_profile.reliability == ReliabilityPolicy.RELIABLE
+    late = graph.listen(Bool, "hijack_alert", STATE)
+    graph.spin_until(lambda: late.messages, "the state of the alert")
+    assert late.messages[0].data is True
+    heard = len(late.messages)
+    graph.spin_until(lambda: len(late.messages) >= heard + 3, "three heartbeats")
+    assert runs(late) == [True]
+    assert runs(monitored.alert) == [False, True]
+    assert monitored.node.interrupt() == 0
+
+
+def test_the_alert_stays_when_the_alarm_is_over_and_a_reset_takes_it_back(graph: Graph) -> None:
+    monitored = Monitored(graph)
+    monitored.say(2.0)
+    monitored.say(0.6, date=State.ALARM)
+    monitored.say(5.0)
+    monitored.until_alert(True)
+    assert values_of(monitored.verdict.messages[-1])["alert"] == "true"
+    assert values_of(monitored.verdict.messages[-1])["state"] == "alarm"
+
+    answer = graph.call(Trigger, "fusion/reset")
+    assert answer.success
+    assert answer.message
+    monitored.until_alert(False)
+    monitored.say(2.0)
+    monitored.settle()
+    assert values_of(monitored.verdict.messages[-1])["alert"] == "false"
+    assert monitored.states()[-1] == "normal"
+
+    monitored.say(0.4, date=State.ALARM)
+    monitored.until_alert(True)
+    assert runs(monitored.alert) == [False, True, False, True]
+    assert monitored.node.interrupt() == 0
+    assert monitored.node.output.count("HIJACK ALERT") == 2
+    assert monitored.node.output.count("alert reset on request") == 1
+
+
+def test_confidence_lies_between_0_and_1_and_each_verdict_has_one(graph: Graph) -> None:
+    monitored = Monitored(graph)
+    for state in State:
+        monitored.say(1.0, correlation=state, date=state)
+    monitored.settle()
+    told = [one.data for one in monitored.confidence.messages]
+    assert told == [float(values_of(one)["confidence"]) for one in monitored.verdict.messages]
+    assert all(0.0 <= one <= 1.0 for one in told)
+    assert told[-1] == 1.0
+    assert min(told) < 0.2
+
+
+def test_diagnostics_are_stale_before_the_first_verdict_and_when_they_stop(graph: Graph) -> None:
+    monitored = Monitored(graph, stale_s=0.5)
+
+    def level() -> bytes | None:
+        status = monitored.status()
+        return status and status.level
+
+    graph.spin_until(lambda: level() == DiagnosticStatus.STALE, "STALE at start")
+    status = monitored.status()
+    assert status is not None
+    assert "no verdict of any detector" in status.message
+
+    heard = len(monitored.diagnostics.messages)
+    while level() != DiagnosticStatus.OK and len(monitored.diagnostics.messages) < heard + 20:
+        monitored.say(0.2)
+    status = monitored.status()
+    assert status is not None
+    assert values_of(status)["state"] == "normal"
+    graph.spin_until(lambda: level() == DiagnosticStatus.STALE, "STALE when verdicts stop")
+    assert monitored.alert.messages[-1].data is False
+
+
+def test_one_log_line_for_each_change(graph: Graph) -> None:
+    monitored = Monitored(graph)
+    monitored.say(2.0)
+    monitored.say(2.0, correlation=State.SUSPICIOUS)
+    monitored.say(2.0)
+    monitored.say(2.0, correlation=State.NOT_OBSERVABLE, date=State.NOT_OBSERVABLE)
+    monitored.say(2.0, correlation=State.NOT_OBSERVABLE, date=State.ALARM)
+    monitored.settle()
+    wanted = [state for state, _ in itertools.groupby(monitored.states())]
+    assert wanted == ["normal", "suspicious", "normal", "not_observable", "alarm"]
+    assert monitored.node.interrupt() == 0
+    lines = [line for line in monitored.node.output.splitlines() if "[fusion]" in line]
+    assert len(lines) == len(wanted)
+    assert all(f": {state} at" in line for line, state in zip(lines[:-1], wanted, strict=False))
+    assert "[ERROR]" in lines[-1]
+    assert "HIJACK ALERT at 1700000008.200 s: date alarm margin 2.00 (date says so)" in lines[-1]
+
+
+@pytest.mark.parametrize("silent", DETECTORS)
+def test_a_missing_detector_never_reads_as_normal(graph: Graph, silent: str) -> None:
+    monitored = Monitored(graph, silent)
+    monitored.say(8.0)
+    monitored.settle()
+    assert "normal" not in monitored.states()
+    assert monitored.states()[-1] == "stale"
+    last = monitored.verdict.messages[-1]
+    assert values_of(last)["lost"] == silent
+    assert last.status[0].level == DiagnosticStatus.STALE
+
+
+def test_policies_decide_which_alarms_are_enough(graph: Graph) -> None:
+    monitored = Monitored(graph, policy="paper")
+    monitored.say(2.0)
+    monitored.say(2.0, date=State.ALARM)
+    monitored.settle()
+    assert monitored.states()[-1] == "suspicious"
+    assert runs(monitored.alert) == [False]
+    monitored.say(2.0)
+    monitored.say(0.4, correlation=State.ALARM)
+    monitored.until_alert(True)

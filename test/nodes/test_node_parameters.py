@@ -1,0 +1,217 @@
+"""Parameters of every node: refused at start, changed while it runs, described."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+from typing import Any
+
+import pytest
+from rcl_interfaces.msg import Parameter as ParameterMessage
+from rcl_interfaces.srv import (
+    DescribeParameters,
+    GetParameters,
+    SetParameters,
+    SetParametersAtomically,
+)
+from rclpy.parameter import Parameter
+from ros import ROOT, Graph, RosProcess
+
+from hijack_detect.evaluation.graph import MonitorParameters
+from hijack_detect.evaluation.policies import NODE_FIELDS
+from hijack_detect.nodes import NODES
+from hijack_detect.nodes.running import EXIT_BAD_INPUT
+from hijack_detect.parameters import Parameters
+
+FLOATS = {
+    "attitude_estimator": ("gps_lag_s", 1.5, "[0.0, 1.0] s"),
+    "gps_angle": ("min_speed", -1.0, "[0.0, 50.0] m/s"),
+    "correlation_detector": ("mu_deg", 200.0, "[0.1, 180.0] deg"),
+    "date_detector": ("threshold", 0.0, "[0.05, 50.0] m/s²"),
+    "fusion": ("stale_s", 601.0, "[0.1, 600.0] s"),
+}
+FIXED = ("attitude_estimator", "fusion")
+
+
+def declared(node: str) -> Parameters:
+    parameters = getattr(MonitorParameters(), NODE_FIELDS[node])
+    assert isinstance(parameters, Parameters)
+    return parameters
+
+
+def refused(process: RosProcess) -> str:
+    """The one line that a node ends with."""
+    assert process.wait() == EXIT_BAD_INPUT, process.output
+    lines = [line for line in process.output.splitlines() if line.startswith("error: ")]
+    assert len(lines) == 1, process.output
+    assert "Traceback" not in process.output
+    return lines[0]
+
+
+def change(graph: Graph, node: str, **values: Any) -> list[Any]:
+    request = SetParameters.Request(
+        parameters=[
+            Parameter(name, value=value).to_parameter_msg() for name, value in values.items()
+        ]
+    )
+    return list(graph.call(SetParameters, f"{node}/set_parameters", request).results)
+
+
+def value_of(graph: Graph, node: str, name: str) -> Any:
+    request = GetParameters.Request(names=[name])
+    (value,) = graph.call(GetParameters, f"{node}/get_parameters", request).values
+    return Parameter.from_parameter_msg(ParameterMessage(name=name, value=value)).value
+
+
+def test_a_value_out_of_bounds_ends_every_node_with_code_2_and_the_bounds(graph: Graph) -> None:
+    started = {
+        node: graph.start(node, parameters={name: value})
+        for node, (name, value, _) in FLOATS.items()
+    }
+    for node, process in started.items():
+        name, value, bounds = FLOATS[node]
+        line = refused(process)
+        assert line == f"error: {node}: parameter '{name}' must be within {bounds}, got {value}"
+
+
+def test_an_unknown_name_ends_every_node_with_code_2_and_the_known_names(graph: Graph) -> None:
+    started = {node: graph.start(node, parameters={"treshold": 1.0}) for node in FLOATS}
+    for node, process in started.items():
+        line = refused(process)
+        assert line.startswith(f"error: {node}: unknown parameter 'treshold' (known: ")
+        assert FLOATS[node][0] in line
+
+
+def test_a_wrong_type_ends_every_node_with_code_2(graph: Graph) -> None:
+    started = {
+        node: graph.start(node, parameters={name: "fast"}) for node, (name, *_) in FLOATS.items()
+    }
+    for node, process in started.items():
+        name = FLOATS[node][0]
+        assert refused(process) == f"error: {node}: parameter '{name}' must be float, got 'fast'"
+
+
+@pytest.mark.parametrize("file", ["default.yaml", "paper.yaml"])
+def test_the_parameter_files_are_accepted_and_every_parameter_is_described(
+    graph: Graph, file: str
+) -> None:
+    arguments = [
+        word
+        for name in (file, "replay.yaml")
+        for word in ("--params-file", str(ROOT / "config" / name))
+    ]
+    started = {node: graph.start(node, *arguments) for node in FLOATS}
+    for node in FLOATS:
+        fields = dataclasses.fields(declared(node))
+        request = DescribeParameters.Request(names=[field.name for field in fields])
+        answer = graph.call(DescribeParameters, f"{node}/describe_parameters", request)
+        for field, described in zip(fields, answer.descriptors, strict=True):
+            meta = field.metadata
+            assert meta["doc"] in described.description
+            assert described.description.endswith(f"[{meta['unit']}]" if meta["unit"] else ".")
+            assert described.read_only == (node in FIXED)
+            ranges = [(one.from_value, one.to_value) for one in described.floating_point_range]
+            assert ranges == ([] if meta["low"] is None else [(meta["low"], meta["high"])])
+            assert all(choice in described.additional_constraints for choice in meta["choices"])
+    for process in started.values():
+        assert process.interrupt() == 0
+        assert "WARN" not in process.output
+
+
+def test_the_policy_of_the_file_is_in_force(graph: Graph) -> None:
+    graph.start("fusion", "--params-file", str(ROOT / "config/paper.yaml"))
+    assert value_of(graph, "fusion", "policy") == "paper"
+
+
+def test_a_detector_takes_a_change_while_it_runs(graph: Graph) -> None:
+    node = graph.start("correlation_detector")
+    (result,) = change(graph, "correlation_detector", mu_deg=15.0)
+    assert result.successful, result.reason
+    assert value_of(graph, "correlation_detector", "mu_deg") == 15.0
+    graph.spin_until(lambda: "started afresh with {'mu_deg': 15.0}" in node.output, "a log line")
+
+    (result,) = change(graph, "correlation_detector", mu_deg=200.0)
+    assert not result.successful
+    assert "mu_deg" in result.reason
+    assert "180" in result.reason
+    for wrong in ({"mu_deg": "wide"}, {"mu": 1.0}):
+        (result,) = change(graph, "correlation_detector", **wrong)
+        assert not result.successful
+        assert result.reason
+
+    both = [Parameter("window_s", value=3.0), Parameter("epsilon", value=2.0)]
+    request = SetParametersAtomically.Request(parameters=[one.to_parameter_msg() for one in both])
+    service = "correlation_detector/set_parameters_atomically"
+    assert not graph.call(SetParametersAtomically, service, request).result.successful
+    assert value_of(graph, "correlation_detector", "window_s") == 2.0
+    assert value_of(graph, "correlation_detector", "mu_deg") == 15.0
+    assert node.interrupt() == 0
+    assert node.output.count("started afresh") == 1
+
+
+@pytest.mark.parametrize(("node", "name", "value"), [
+    ("attitude_estimator", "gps_lag_s", 0.2), ("fusion", "stale_s", 5.0)
+])  # fmt: skip
+def test_what_must_not_be_lost_in_flight_cannot_change(
+    graph: Graph, node: str, name: str, value: float
+) -> None:
+    process = graph.start(node)
+    before = value_of(graph, node, name)
+    (result,) = change(graph, node, **{name: value})
+    assert not result.successful
+    assert "read-only" in result.reason
+    assert value_of(graph, node, name) == before
+    assert process.interrupt() == 0
+    assert "started afresh" not in process.output
+
+
+def test_help_says_what_each_node_does(graph: Graph) -> None:
+    started = {node: graph.start(node, "--help") for node in NODES}
+    for node, process in started.items():
+        assert process.wait() == 0, process.output
+        for word in TOPICS[node]:
+            assert word in process.output
+        assert "--params-file" in process.output
+
+
+TOPICS = {
+    "attitude_estimator": ("imu/data_raw", "gps/fix", "gps/vel", "mag", "imu/data", "yaw"),
+    "gps_angle": ("gps/fix", "gps/course", "gps_angle"),
+    "correlation_detector": (
+        "imu/data",
+        "gps/course",
+        "correlation/verdict",
+        "correlation/hijacked",
+        "correlation/coefficient",
+        "correlation/mean_difference",
+    ),
+    "date_detector": (
+        "imu/data",
+        "gps/fix",
+        "gps/vel",
+        "date/verdict",
+        "date/hijacked",
+        "date/delta_ax",
+        "date/delta_ay",
+    ),
+    "fusion": (
+        "DETECTOR/verdict",
+        "hijack_alert",
+        "hijack_confidence",
+        "fusion/verdict",
+        "/diagnostics",
+        "~/reset",
+    ),
+    "bag_replay": ("/clock", "spoof_active", "~/position", "~/pause", "scenario"),
+}
+
+
+@pytest.mark.parametrize("content", [None, "fusion: [", "fusion: 3"])
+def test_a_broken_parameter_file_is_named(
+    graph: Graph, tmp_path: Path, content: str | None
+) -> None:
+    path = tmp_path / "broken.yaml"
+    if content is not None:
+        path.write_text(content)
+    process = graph.start("fusion", "--params-file", str(path))
+    assert str(path) in refused(process)
