@@ -48,6 +48,7 @@ OUTAGE_STEP_NS = NANOSECONDS // 2
 """Without GPS the filter still moves on in steps of this length."""
 
 INITIAL_SIGMAS = np.array([10.0] * 3 + [1.0] * 3 + [0.1, 0.1, math.pi] + [0.15] * 3 + [0.01] * 3)
+"""Standard deviations of the first error state: m, m/s, rad, m/s² and rad/s."""
 RESTART_SIGMAS = np.array([3.0] * 3 + [1.0] * 3)
 """Standard deviations of position and velocity when they are taken from the GPS afresh."""
 
@@ -61,7 +62,8 @@ class AttitudeEstimator:
     It levels itself on the accelerometer first. Until the heading is known, GPS steers only the
     vertical channel and the horizontal velocity is held near zero, which keeps roll and pitch
     upright. The heading comes from the magnetometer, or from the first course above a speed
-    gate; from then on position and velocity are used in full.
+    gate: there a bank of filters starts in eight directions about the course, and the
+    accelerations leave one. From then on position and velocity are used in full.
 
     With `method: quaternion` the output is the paper's bare integration, which only takes its
     first yaw and its gyro bias from the filter.
