@@ -6,6 +6,7 @@ import contextlib
 import signal
 import sys
 from collections.abc import Callable
+from pathlib import Path
 
 import rclpy
 from rclpy.executors import ExternalShutdownException
@@ -26,8 +27,9 @@ def run(make: Callable[[], Node], summary: str) -> None:
     code 2. `--help` prints the summary.
     """
     if {"-h", "--help"} & set(sys.argv[1:]):
+        program = Path(sys.argv[0]).stem
+        print(f"usage: {program} [--ros-args -p NAME:=VALUE --params-file FILE -r FROM:=TO]\n")
         print(summary.strip())
-        print("\nROS arguments: --ros-args -p NAME:=VALUE --params-file FILE -r FROM:=TO")
         return
     # rclpy ends the node at Ctrl-C; a KeyboardInterrupt would hit it in the middle of a callback.
     signal.signal(signal.SIGINT, lambda *_: None)
