@@ -22,7 +22,7 @@ from hijack_detect.bags.reader import BagReader
 from hijack_detect.bags.topics import topic_map
 from hijack_detect.cli.demo_view import live_line, timeline
 from hijack_detect.cli.listener import Listener
-from hijack_detect.cli.processes import PACKAGE, NodeError, NodeProcesses
+from hijack_detect.cli.processes import PACKAGE, NodeError, NodeProcesses, interrupt_held
 from hijack_detect.evaluation.offline import OfflineRun, spoofed_samples
 from hijack_detect.evaluation.outcome import Attack, alert_is_right
 from hijack_detect.nodes import MONITOR
@@ -123,14 +123,20 @@ def _play(
     os.environ.update(graph)
     inputs = ["--params-file", str(share / "config/replay.yaml")]
     policy = ["--params-file", str(share / f"config/{options.policy}.yaml")]
-    with NodeProcesses(logs, graph) as processes, _listening() as (listener, executor):
+    with (
+        interrupt_held() as pressed,
+        NodeProcesses(logs, graph) as processes,
+        _listening() as (listener, executor),
+    ):
         for node in MONITOR:
             processes.start(node, [*policy, *inputs])
         wait = " ".join((*MONITOR, listener.get_name()))
         processes.start("bag_replay", [*replay, "-p", f"wait_for:={wait}"])
         with Live(live_line(listener), console=console, refresh_per_second=10) as live:
             heard, quiet_since = 0, time.monotonic()
-            while not listener.finished or time.monotonic() - quiet_since < LAST_WORDS_S:
+            while not pressed and (
+                not listener.finished or time.monotonic() - quiet_since < LAST_WORDS_S
+            ):
                 executor.spin_once(timeout_sec=0.1)
                 _check(processes, logs, finished=listener.finished)
                 count = sum(map(len, listener.verdicts.values()))

@@ -40,7 +40,7 @@ class NodeProcesses:
 
     def start(self, node: str, arguments: Sequence[str]) -> None:
         """Start a node's executable with ROS arguments."""
-        with (self._logs / f"{node}.log").open("wb") as log, _interrupt_held():
+        with (self._logs / f"{node}.log").open("wb") as log, interrupt_held():
             self._running[node] = subprocess.Popen(
                 [str(self._programs / node), "--ros-args", *arguments],
                 stdin=subprocess.DEVNULL,
@@ -82,12 +82,16 @@ class NodeProcesses:
 
 
 @contextlib.contextmanager
-def _interrupt_held() -> Iterator[None]:
-    """Let Ctrl-C wait: in the middle of a start it would leave a process that nobody stops."""
+def interrupt_held() -> Iterator[list[int]]:
+    """Let Ctrl-C wait until the block is left, and raise KeyboardInterrupt there.
+
+    In the middle of a start it would leave a process that nobody stops, and in a callback of
+    the executor it would be lost. The list yielded has an entry once it was pressed.
+    """
     pressed: list[int] = []
     before = signal.signal(signal.SIGINT, lambda number, _: pressed.append(number))
     try:
-        yield
+        yield pressed
     finally:
         signal.signal(signal.SIGINT, before)
     if pressed:

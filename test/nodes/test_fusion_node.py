@@ -177,7 +177,7 @@ def test_one_log_line_for_each_change(graph: Graph) -> None:
     monitored.say(2.0, correlation=State.NOT_OBSERVABLE, date=State.ALARM)
     monitored.settle()
     wanted = [state for state, _ in itertools.groupby(monitored.states())]
-    assert wanted == ["normal", "suspicious", "normal", "not_observable", "alarm"]
+    assert wanted == ["not_ready", "normal", "suspicious", "normal", "not_observable", "alarm"]
     assert monitored.node.interrupt() == 0
     lines = [line for line in monitored.node.output.splitlines() if "[fusion]" in line]
     assert len(lines) == len(wanted)
