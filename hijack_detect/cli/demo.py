@@ -80,6 +80,8 @@ def run_demo(options: DemoOptions) -> bool:
         run = OfflineRun(reader.start_ns)
         for _ in spoofed_samples(reader, scenario, run):
             pass
+        if not console.is_terminal:
+            console.print()
         console.print(timeline(listener, attack, run))
     return alert_is_right(listener.alert_ns, attack)
 
