@@ -1,13 +1,17 @@
-"""Simulated flights with their samples in order of stamp."""
+"""Simulated flights with their samples in order of stamp, and no deadlines for Hypothesis."""
 
 from collections.abc import Callable
 from functools import lru_cache
 
 import pytest
+from hypothesis import settings
 
 from hijack_detect.simulation.flight import Flight, generate_flight
 from hijack_detect.simulation.plan import FlightPlan
 from hijack_detect.streams.samples import Sample
+
+settings.register_profile("machines differ", deadline=None)
+settings.load_profile("machines differ")
 
 Sent = list[tuple[str, Sample]]
 INPUTS = ("imu", "fix", "velocity", "mag")

@@ -18,11 +18,11 @@ from hijack_detect.bags.container import Block, Container
 from hijack_detect.bags.errors import BagError
 from hijack_detect.bags.files import mcap_files
 from hijack_detect.bags.topics import PRESETS, TYPES, TopicMap
+from hijack_detect.streams.samples import NANOSECONDS
 
 if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore
 
-NANOSECONDS = 1_000_000_000
 MAX_HELD_BYTES = 2**30
 """Most message bytes that may wait for their turn where chunks overlap in time."""
 

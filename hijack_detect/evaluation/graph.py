@@ -10,8 +10,7 @@ from typing import Any
 from hijack_detect.detectors.correlation import CorrelationDetector
 from hijack_detect.detectors.correlation_parameters import CorrelationParameters
 from hijack_detect.detectors.date import DateDetector, DateParameters
-from hijack_detect.detectors.fusion import Fusion, FusionParameters, FusionResult
-from hijack_detect.detectors.verdict import Verdict
+from hijack_detect.detectors.fusion import Fusion, FusionParameters
 from hijack_detect.estimation.attitude import AttitudeEstimator
 from hijack_detect.estimation.attitude_parameters import AttitudeParameters
 from hijack_detect.estimation.course import CourseEstimator, CourseParameters
@@ -61,6 +60,3 @@ class Monitor:
                         outputs.append((part, output))
                         waiting.append((part, output))
         return outputs
-
-
-__all__ = ["DETECTORS", "FusionResult", "Monitor", "MonitorParameters", "Verdict"]
