@@ -93,3 +93,25 @@ segments:
     model = parse_scenario(text).segments[0].model
     assert isinstance(model, FakeTrack)
     assert model.positions == ((0.0, 0.0, 0.0), (1.0, 2.0, 3.0, 4.0))
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_a_scenario_written_as_yaml_reads_back_the_same(path: Path) -> None:
+    scenario = load_scenario(path)
+    again = parse_scenario(scenario.to_yaml())
+    assert again.segments == scenario.segments
+    assert again.description == scenario.description
+
+
+def test_moving_a_scenario_keeps_lengths_and_distances() -> None:
+    text = {
+        "segments": [
+            {"start": 10.0, "end": 12.5, "model": {"type": "freeze"}},
+            {"start": 20.0, "model": {"type": "altitude", "step_m": 5.0}},
+        ]
+    }
+    moved = parse_scenario(text).moved_to(100.0)
+    assert [(one.start_s, one.end_s) for one in moved.segments] == [(100.0, 102.5), (110.0, None)]
+    moved.check_within(200.0)
+    with pytest.raises(ScenarioError, match="outside the flight"):
+        moved.check_within(105.0)
