@@ -20,7 +20,6 @@ import numpy as np
 
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.bags.samples import Rejected, read_samples
-from hijack_detect.bags.topics import topic_map
 from hijack_detect.estimation.attitude import AttitudeEstimator
 from hijack_detect.estimation.attitude_parameters import AttitudeParameters
 from hijack_detect.estimation.rotation import Array, roll_pitch_yaw
@@ -34,7 +33,7 @@ SETTLE_S = 20.0
 def estimated(reader: BagReader, parameters: AttitudeParameters) -> Iterator[tuple[float, ...]]:
     """Second, roll, pitch, yaw (rad) of every published orientation."""
     stage = Stage(lambda: AttitudeEstimator(parameters))
-    topics = topic_map("auto", reader.topics)
+    topics = reader.inputs()
     for name, sample in read_samples(reader, topics, on_rejected=Rejected().add):
         if name in stage.component.inputs:
             for output in stage.push(name, sample):

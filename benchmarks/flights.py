@@ -25,7 +25,6 @@ from scipy.stats import binomtest
 
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.bags.samples import Rejected, read_samples
-from hijack_detect.bags.topics import topic_map
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.evaluation.offline import OfflineRun, run_offline
 from hijack_detect.evaluation.outcome import Attack, alert_is_right, changes, detector_outcome
@@ -48,7 +47,7 @@ CAUSES = "| flight | false alarms | cause |\n|---|---|---|"
 def forward_flight(reader: BagReader) -> tuple[float, float]:
     """Start and end of the longest flight above 3 m/s, s; stops under 2 s do not end it."""
     best, begin, last = (0.0, 0.0), None, 0.0
-    topics = topic_map("auto", reader.topics)
+    topics = reader.inputs()
     for _, sample in read_samples(reader, topics, on_rejected=Rejected().add):
         if not isinstance(sample, VelocitySample):
             continue

@@ -122,7 +122,7 @@ class Container:
         if self._read(0, min(self._size, len(MAGIC))) != MAGIC:
             raise BagError(
                 f"{self.path}: is not an MCAP file; convert ROS 1 and sqlite3 bags with "
-                "`rosbags-convert`, flight logs with `hijack-detect import`"
+                "`rosbags-convert`"
             )
         try:
             complete = self._walk()

@@ -17,7 +17,7 @@ from rosbags.typesys import Stores, get_typestore
 from hijack_detect.bags.container import Block, Container
 from hijack_detect.bags.errors import BagError
 from hijack_detect.bags.files import mcap_files
-from hijack_detect.bags.topics import PRESETS, TYPES, TopicMap
+from hijack_detect.bags.topics import PRESETS, TYPES, TopicMap, topic_map
 from hijack_detect.streams.samples import NANOSECONDS
 
 if TYPE_CHECKING:
@@ -172,6 +172,22 @@ class BagReader:
             raise BagError(
                 f"{self.path}: topic {raw.topic} at log time {raw.log_ns} ns: {what}"
             ) from error
+
+    def inputs(self, preset: str = "auto") -> TopicMap:
+        """Which topic of this bag is which input.
+
+        Args:
+            preset: Name of a preset, or `auto` for the one that fits.
+
+        Raises:
+            BagError: There is no such preset, or the bag has no Imu or no NavSatFix.
+        """
+        try:
+            found = topic_map(preset, self.topics)
+        except BagError as error:
+            raise BagError(f"{self.path}: {error}") from error
+        self.require(found)
+        return found
 
     def require(self, preset: TopicMap) -> None:
         """Check that the bag has the inputs without which nothing can be analysed.

@@ -19,7 +19,6 @@ from rich.console import Console
 from rich.live import Live
 
 from hijack_detect.bags.reader import BagReader
-from hijack_detect.bags.topics import topic_map
 from hijack_detect.cli.demo_view import live_line, timeline
 from hijack_detect.cli.listener import Listener
 from hijack_detect.cli.processes import PACKAGE, NodeError, NodeProcesses, interrupt_held
@@ -62,7 +61,7 @@ def run_demo(options: DemoOptions) -> bool:
     console = Console()
     with contextlib.ExitStack() as stack:
         reader = stack.enter_context(BagReader(bag))
-        reader.require(topic_map("auto", reader.topics))
+        reader.inputs()
         attack = _attack(scenario, reader)
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="hijack_detect_")))
         logs = options.logs or folder

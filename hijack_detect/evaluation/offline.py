@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.bags.samples import Rejected, read_samples
-from hijack_detect.bags.topics import topic_map
 from hijack_detect.detectors.fusion import FusionResult
 from hijack_detect.detectors.verdict import Verdict
 from hijack_detect.evaluation.graph import DETECTORS, Monitor, MonitorParameters
@@ -48,8 +47,7 @@ def spoofed_samples(
         BagError: The bag cannot be read, or has no Imu or NavSatFix.
         ScenarioError: A segment lies outside the flight.
     """
-    topics = topic_map(preset, reader.topics)
-    reader.require(topics)
+    topics = reader.inputs(preset)
     spoofer = None
     if scenario is not None:
         scenario.check_within(reader.duration_s)

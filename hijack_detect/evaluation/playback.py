@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 from hijack_detect.bags.errors import BagError
 from hijack_detect.bags.reader import BagReader, RawMessage, typestore
 from hijack_detect.bags.samples import Rejected, Rejection
-from hijack_detect.bags.topics import topic_map
 from hijack_detect.evaluation.playback_parameters import ReplayParameters
 from hijack_detect.evaluation.playback_topics import Route, Routes, routes
 from hijack_detect.spoofing.scenario import Scenario, load_scenario
@@ -122,11 +121,7 @@ class Playback:
             )
         if scenario is not None:
             scenario.check_within(duration_s)
-        try:
-            inputs = topic_map(parameters.preset, self.reader.topics)
-        except BagError as error:
-            raise BagError(f"{path}: {error}") from error
-        self.reader.require(inputs)
+        inputs = self.reader.inputs(parameters.preset)
         return routes(self.reader.topics, inputs, find, spoofing=scenario is not None)
 
     def _decoded(self, raw: RawMessage, spoofer: Spoofer | None) -> Outgoing | None:
