@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from hijack_detect.detectors.input_watch import patience
 from hijack_detect.parameters import Parameters, param
 
 
@@ -94,12 +95,4 @@ class CorrelationParameters(Parameters):
         low=0.1,
         high=180.0,
     )
-    patience_s: float = param(
-        10.0,
-        "How long to wait for another node of the monitor that has gone silent, on the stamps of "
-        "the other inputs. It must be longer than the estimator waits for a sensor (3 s). Costs "
-        "time only when a node has died. For replays faster than real time far larger.",
-        unit="s",
-        low=4.0,
-        high=3600.0,
-    )
+    patience_s: float = patience()

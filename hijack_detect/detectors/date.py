@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hijack_detect.detectors.input_watch import InputWatch
+from hijack_detect.detectors.input_watch import InputWatch, patience
 from hijack_detect.detectors.persistence import Persistence
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.detectors.window import WindowSums
@@ -67,15 +67,7 @@ class DateParameters(Parameters):
         low=10.0,
         high=180.0,
     )
-    patience_s: float = param(
-        10.0,
-        "How long to wait for another node of the monitor that has gone silent, on the stamps of "
-        "the other inputs. It must be longer than the estimator waits for a sensor (3 s). Costs "
-        "time only when a node has died. For replays faster than real time far larger.",
-        unit="s",
-        low=4.0,
-        high=3600.0,
-    )
+    patience_s: float = patience()
     max_gap_s: float = param(
         2.0,
         "GPS velocities further apart than this are not compared.",

@@ -3,14 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 from hijack_detect.detectors.verdict import State
+from hijack_detect.parameters import param
 from hijack_detect.streams.samples import NANOSECONDS
 
 SILENT_NS = 3 * NANOSECONDS // 2
 """An input without a sample for this long has stopped; receivers give at least one fix a second."""
 REPEAT_NS = NANOSECONDS
 """A detector that cannot evaluate says so this often."""
+
+
+def patience() -> Any:
+    """Declare how long a detector waits for the estimators' nodes."""
+    return param(
+        10.0,
+        "How long to wait for another node of the monitor that has gone silent, on the stamps of "
+        "the other inputs. It must be longer than the estimator waits for a sensor (3 s). Costs "
+        "time only when a node has died. For replays faster than real time far larger.",
+        unit="s",
+        low=4.0,
+        high=3600.0,
+    )
 
 
 class InputWatch:

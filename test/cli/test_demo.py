@@ -55,9 +55,10 @@ class Command:
     def until(self, condition: Callable[[], object], what: str) -> None:
         deadline = time.monotonic() + TIMEOUT_S
         while not condition():
+            with suppress(subprocess.TimeoutExpired):
+                self._process.wait(0.02)
             assert self._process.poll() is None, f"it ended before {what}"
             assert time.monotonic() < deadline, f"no {what}"
-            time.sleep(0.02)
 
     def log(self, node: str) -> str:
         path = self.logs / f"{node}.log"
