@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from hijack_detect.bags.container import Container
 from hijack_detect.bags.encoding import encode_bool, encode_count, encode_sample
@@ -98,3 +99,17 @@ class _Plain:
 
 def _at(log_ns: int, message: tuple[str, bytes]) -> tuple[str, int, bytes]:
     return message[0], log_ns, message[1]
+
+
+@pytest.fixture(scope="session")
+def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A flight of four seconds."""
+    return write(tmp_path_factory.mktemp("replay") / "flight", flight())
+
+
+@pytest.fixture(scope="session")
+def scenario(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A jump from 1 to 3 s."""
+    path = tmp_path_factory.mktemp("scenario") / "jump.yaml"
+    path.write_text(SPOOF_TEXT)
+    return path

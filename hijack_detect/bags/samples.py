@@ -11,7 +11,7 @@ from pathlib import Path
 from hijack_detect.bags.errors import BagError
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.bags.topics import TYPES, TopicMap
-from hijack_detect.streams.messages import CONVERTERS, BadMessage
+from hijack_detect.streams.messages import CONVERTERS, BadMessage, header_stamp_ns
 from hijack_detect.streams.samples import Sample
 
 _log = logging.getLogger(__name__)
@@ -104,8 +104,7 @@ def read_samples(
         try:
             sample = CONVERTERS[name](message)
         except BadMessage as error:
-            stamp = message.header.stamp
-            stamp_ns = int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
+            stamp_ns = header_stamp_ns(message)
             reject(Rejection(reader.path, raw.topic, raw.log_ns, stamp_ns, str(error)))
             continue
         yield name, sample

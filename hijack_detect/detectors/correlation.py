@@ -110,12 +110,10 @@ class CorrelationDetector:
         return yaw
 
     def _trends(self) -> Trends:
-        variance = self._window.covariance(YAW_YAW) * self._window.covariance(COURSE_COURSE)
+        yaw, course = (self._window.covariance(pair) for pair in (YAW_YAW, COURSE_COURSE))
+        variance = yaw * course
         smallest = math.radians(self._parameters.min_sigma_deg)
-        flat = variance <= 0.0 or (
-            math.sqrt(self._window.covariance(YAW_YAW)) < smallest
-            and math.sqrt(self._window.covariance(COURSE_COURSE)) < smallest
-        )
+        flat = variance <= 0.0 or (math.sqrt(yaw) < smallest and math.sqrt(course) < smallest)
         coefficient = None if flat else self._window.covariance(YAW_COURSE) / math.sqrt(variance)
         difference = self._window.mean(COURSE) - self._window.mean(YAW)
         return Trends(coefficient, math.remainder(difference, math.tau))

@@ -12,7 +12,7 @@ from sensor_msgs.msg import Imu
 
 from hijack_detect.detectors.fusion import FusionResult
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.streams.messages import BadMessage
+from hijack_detect.streams.messages import BadMessage, header_stamp_ns
 from hijack_detect.streams.samples import NANOSECONDS, AttitudeSample, CourseSample
 
 LEVELS = {
@@ -115,8 +115,7 @@ def verdict_from(message: DiagnosticArray) -> Verdict:
         raise BadMessage(f"the verdict of {status.name!r}: {error}") from error
     if not (math.isfinite(score) and math.isfinite(threshold) and threshold > 0.0):
         raise BadMessage(f"the verdict of {status.name!r} has score {score} over {threshold}")
-    stamp = message.header.stamp
-    stamp_ns = stamp.sec * NANOSECONDS + stamp.nanosec
+    stamp_ns = header_stamp_ns(message)
     return Verdict(status.name, stamp_ns, state, score, threshold, status.message, numbers)
 
 

@@ -148,6 +148,10 @@ class StreamMerge(Generic[S]):
         for source in self._inputs.values():
             heard = source.latest_ns is not None
             since = source.latest_ns if source.latest_ns is not None else self._first_ns
-            if self._newest_ns - since <= source.patience_ns:
-                certain = min(certain, since if heard else since - 1)
+            if self._newest_ns - since > source.patience_ns:
+                continue
+            passed = since if heard else since - 1
+            if source.joins_at_ns is not None:  # nothing of it is let in before
+                passed = max(passed, source.joins_at_ns - 1)
+            certain = min(certain, passed)
         return certain

@@ -38,7 +38,7 @@ class BadMessage(ValueError):
 def imu_sample(message: Any) -> ImuSample:
     """Convert raw `sensor_msgs/Imu`. Raises BadMessage on non-finite or impossible values."""
     return ImuSample(
-        _stamp(message),
+        header_stamp_ns(message),
         _vector(message.angular_velocity, "angular_velocity", MAX_ANGULAR_VELOCITY),
         _vector(message.linear_acceleration, "linear_acceleration", MAX_SPECIFIC_FORCE),
     )
@@ -52,7 +52,7 @@ def attitude_sample(message: Any) -> AttitudeSample:
     covariance = message.orientation_covariance
     known = _within(covariance[0], "orientation_covariance[0]", -1.0, math.inf) >= 0.0
     return AttitudeSample(
-        _stamp(message),
+        header_stamp_ns(message),
         _quaternion(message.orientation) if known else None,
         _within(covariance[8], "orientation_covariance[8]", 0.0, math.inf) if known else math.inf,
         _vector(message.angular_velocity, "angular_velocity", MAX_ANGULAR_VELOCITY),
@@ -66,9 +66,9 @@ def fix_sample(message: Any) -> FixSample:
     A message whose status says that there is no fix keeps its stamp and loses its position.
     """
     if message.status.status < 0:
-        return FixSample(_stamp(message), 0.0, 0.0, 0.0, has_fix=False)
+        return FixSample(header_stamp_ns(message), 0.0, 0.0, 0.0, has_fix=False)
     return FixSample(
-        _stamp(message),
+        header_stamp_ns(message),
         _within(message.latitude, "latitude", -90.0, 90.0),
         _within(message.longitude, "longitude", -180.0, 180.0),
         _within(message.altitude, "altitude", *ALTITUDE_RANGE_M),
@@ -77,18 +77,22 @@ def fix_sample(message: Any) -> FixSample:
 
 def velocity_sample(message: Any) -> VelocitySample:
     """Convert `geometry_msgs/TwistStamped` in ENU. Raises BadMessage."""
-    return VelocitySample(_stamp(message), _vector(message.twist.linear, "velocity", MAX_SPEED))
+    return VelocitySample(
+        header_stamp_ns(message), _vector(message.twist.linear, "velocity", MAX_SPEED)
+    )
 
 
 def magnetic_sample(message: Any) -> MagneticSample:
     """Convert `sensor_msgs/MagneticField`. Raises BadMessage."""
-    return MagneticSample(_stamp(message), _vector(message.magnetic_field, "magnetic_field", 1.0))
+    return MagneticSample(
+        header_stamp_ns(message), _vector(message.magnetic_field, "magnetic_field", 1.0)
+    )
 
 
 def course_sample(message: Any) -> CourseSample:
     """Convert `geometry_msgs/QuaternionStamped` about Up; all zeros mean not observable."""
     return CourseSample(
-        _stamp(message),
+        header_stamp_ns(message),
         _within(message.quaternion.z, "quaternion.z", -1.0, 1.0),
         _within(message.quaternion.w, "quaternion.w", -1.0, 1.0),
     )
@@ -105,7 +109,8 @@ CONVERTERS: dict[str, Callable[[Any], Any]] = {
 """Converter of each input, by the input's name."""
 
 
-def _stamp(message: Any) -> int:
+def header_stamp_ns(message: Any) -> int:
+    """Header stamp of a message, nanoseconds."""
     stamp = message.header.stamp
     return int(stamp.sec) * NANOSECONDS + int(stamp.nanosec)
 

@@ -9,24 +9,10 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from ros import domain, graph  # noqa: F401
-from small_bags import SPOOF_TEXT, flight, stand_in, write
+from small_bags import bag, scenario, stand_in  # noqa: F401
 
 from hijack_detect.evaluation.playback import Playback
 from hijack_detect.evaluation.playback_parameters import ReplayParameters
-
-
-@pytest.fixture(scope="session")
-def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A flight of four seconds."""
-    return write(tmp_path_factory.mktemp("replay") / "flight", flight())
-
-
-@pytest.fixture(scope="session")
-def scenario(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A jump from 1 to 3 s."""
-    path = tmp_path_factory.mktemp("scenario") / "jump.yaml"
-    path.write_text(SPOOF_TEXT)
-    return path
 
 
 @pytest.fixture

@@ -6,3 +6,4 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from ros import domain, graph  # noqa: F401
+from small_bags import bag, scenario  # noqa: F401

@@ -18,7 +18,6 @@ from ros import Graph, Listener, RosProcess
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, NavSatFix
 from small_bags import (
-    SPOOF_TEXT,
     START_NS,
     STEP_NS,
     damage_last_chunk,
@@ -46,18 +45,6 @@ TYPES = {
     "truth/fix": NavSatFix,
 }
 SECOND = 1_000_000_000
-
-
-@pytest.fixture(scope="session")
-def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return write(tmp_path_factory.mktemp("replay") / "flight", flight())
-
-
-@pytest.fixture(scope="session")
-def scenario(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("scenario") / "jump.yaml"
-    path.write_text(SPOOF_TEXT)
-    return path
 
 
 def replay(graph: Graph, bag: Path, *ros_arguments: str, **parameters: Any) -> RosProcess:
