@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import contextlib
 import signal
 import sys
 from collections.abc import Callable
 from pathlib import Path
 
 import rclpy
-from rclpy.executors import ExternalShutdownException
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
 from rclpy.utilities import ok, try_shutdown
@@ -46,9 +44,12 @@ def run(make: Callable[[], Node], summary: str) -> None:
         sys.exit(EXIT_BAD_INPUT)
     executor = EventsExecutor()
     executor.add_node(node)
-    with contextlib.suppress(ExternalShutdownException):
+    try:
         while ok():
             executor.spin_once(timeout_sec=SPIN_S)
+    except Exception:  # a callback that was publishing when rclpy shut down
+        if ok():
+            raise
     executor.remove_node(node)
     node.destroy_node()
     try_shutdown()
