@@ -17,7 +17,9 @@ PROJECT := .venv/project-$(call sum,ls launch config bags; cat setup.* pyproject
 	package.xml hijack_detect/__init__.py hijack_detect/nodes/__init__.py)
 
 PIP := .venv/bin/python -m pip --disable-pip-version-check --no-input
-FROM_LOCK := $(PIP) install --quiet --require-hashes --use-pep517
+# The lock is complete: nothing is left to resolve. Older versions of pip refuse a requirement with
+# an extra (coverage[toml]) as soon as a newer release than the pinned one exists.
+FROM_LOCK := $(PIP) install --quiet --no-deps --require-hashes --use-pep517
 
 help: ## Say what can be made.
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' Makefile | expand -t 20

@@ -194,6 +194,13 @@ def test_locks_hold_what_the_package_requires(metadata: importlib.metadata.Distr
     assert required(metadata, "test") | required(metadata, "wheels") <= locked
 
 
+def test_locks_hold_what_the_locked_packages_require() -> None:
+    """The set-up installs the locks as they are and resolves nothing."""
+    if not any(Path(sys.prefix).glob("test-*")):
+        pytest.skip("this environment was not made by make setup-test")
+    run([sys.executable, "-m", "pip", "check"], dict(os.environ))
+
+
 def test_imported_packages_are_declared(metadata: importlib.metadata.Distribution) -> None:
     declared = {element.text for element in ET.parse(ROOT / "package.xml").iter("exec_depend")}
     declared |= required(metadata)
