@@ -29,6 +29,7 @@ from typing import Any
 
 import pytest
 import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.context import Context
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
@@ -107,6 +108,50 @@ class Listener:
         node.create_subscription(kind, topic, self.messages.append, qos, raw=raw)
 
 
+class Caller:
+    """A client of one service, in a participant of its own, which the server is sure to know.
+
+    A server that has not discovered a client yet drops its response after 100 ms, and has done
+    what was asked (rmw_fastrtps). The endpoints of a participant are discovered in the order in
+    which they were made, so a server whose diagnostics reach this participant knows the client.
+    """
+
+    def __init__(self, kind: Any, service: str, domain: int) -> None:
+        self._context = Context()
+        rclpy.init(context=self._context, domain_id=domain)
+        self._node = Node("caller", context=self._context, enable_rosout=False)
+        self._client = self._node.create_client(kind, service)
+        self._node.create_subscription(DiagnosticArray, "/diagnostics", self._hear, KEEP_ALL)
+        self._server = f"/{service.strip('/').rpartition('/')[0]}: "
+        self._known = False
+        self._executor = EventsExecutor(context=self._context)
+        self._executor.add_node(self._node)
+
+    def _hear(self, message: DiagnosticArray) -> None:
+        self._known |= any(one.name.startswith(self._server) for one in message.status)
+
+    def known(self) -> bool:
+        """Whether a call is sure to be answered."""
+        self._executor.spin_once(timeout_sec=0.0)
+        return self._known and self._client.service_is_ready()
+
+    def ask(self, request: Any) -> Callable[[], Any]:
+        """Send a request; what is returned gives the response, or None as long as there is none."""
+        future = self._client.call_async(request)
+
+        def answer() -> Any:
+            self._executor.spin_once(timeout_sec=0.0)
+            return future.result() if future.done() else None
+
+        return answer
+
+    def close(self) -> None:
+        """End it."""
+        self._executor.shutdown()
+        self._node.destroy_node()
+        self._context.try_shutdown()
+
+
 class Graph:
     """The test's own node, and the processes beside it in the same domain."""
 
@@ -119,6 +164,7 @@ class Graph:
         self._executor.add_node(self.node)
         self._processes: list[RosProcess] = []
         self._listeners: list[Listener] = []
+        self._callers: dict[str, Caller] = {}
         self._count, self._count_since = -1, 0.0
 
     def start(
@@ -168,19 +214,26 @@ class Graph:
             self._count, self._count_since = count, time.monotonic()
         return time.monotonic() - self._count_since > QUIET_S
 
+    def meet(self, kind: Any, name: str) -> Caller:
+        """Wait until a service and its client know each other; takes up to a second, once."""
+        if name not in self._callers:
+            self._callers[name] = Caller(kind, name, self.domain)
+        caller = self._callers[name]
+        self.spin_until(caller.known, f"the service {name}")
+        return caller
+
     def call(self, kind: Any, name: str, request: Any = None) -> Any:
         """Call a service and return its response."""
-        client = self.node.create_client(kind, name)
-        self.spin_until(client.service_is_ready, f"the service {name}")
-        future = client.call_async(kind.Request() if request is None else request)
-        self.spin_until(future.done, f"an answer of {name}")
-        self.node.destroy_client(client)
-        return future.result()
+        answer = self.meet(kind, name).ask(kind.Request() if request is None else request)
+        self.spin_until(answer, f"an answer of {name}")
+        return answer()
 
     def close(self) -> None:
         """End everything."""
         for process in self._processes:
             process.close()
+        for caller in self._callers.values():
+            caller.close()
         self._executor.shutdown()
         self.node.destroy_node()
         self._context.try_shutdown()
