@@ -75,6 +75,8 @@ class FusionResult:
     reason: str
     detectors: Mapping[str, Verdict]
     lost: tuple[str, ...]
+    causes: tuple[str, ...] = ()
+    """Detectors that led to the alert."""
 
 
 class Fusion:
@@ -98,10 +100,12 @@ class Fusion:
         self._close: dict[str, Verdict] = {}
         self._alert_since_ns: int | None = None
         self._cause = ""
+        self._causes: tuple[str, ...] = ()
 
     def inherit(self, before: Fusion) -> None:
         """Keep the alert of the fusion before: a clock that is set back takes no alert back."""
-        self._alert_since_ns, self._cause = before._alert_since_ns, before._cause
+        self._alert_since_ns = before._alert_since_ns
+        self._cause, self._causes = before._cause, before._causes
 
     def update(self, name: str, verdict: Verdict) -> FusionResult:
         """Take the next verdict in order of stamp."""
@@ -112,29 +116,30 @@ class Fusion:
             self._alarmed[name] = verdict
         elif name not in SUPPORTING and verdict.margin >= self._parameters.together_margin:
             self._close[name] = verdict
-        cause = self._decide(verdict)
-        if cause and self._alert_since_ns is None:
-            self._alert_since_ns, self._cause = verdict.stamp_ns, cause
+        causes = self._decide(verdict)
+        if causes and self._alert_since_ns is None:
+            self._alert_since_ns, self._cause = verdict.stamp_ns, _told(causes)
+            self._causes = tuple(dict.fromkeys(v.detector for v in causes))
         return self._result(verdict.stamp_ns)
 
-    def _decide(self, verdict: Verdict) -> str:
-        """Sentence of cause if the policy alerts at this verdict, else empty."""
+    def _decide(self, verdict: Verdict) -> Sequence[Verdict]:
+        """What the policy alerts on at this verdict, empty if it does not."""
         alarm = verdict.state is State.ALARM
         policy = self._parameters.policy
         if policy == "paper":
             claims = list(self._alarmed.values())
-            return _told(claims) if len(claims) == len(self.inputs) else ""
+            return claims if len(claims) == len(self.inputs) else ()
         if alarm and (policy == "any" or verdict.detector not in SUPPORTING):
-            return _told([verdict])
+            return (verdict,)
         if policy == "any":
-            return ""
+            return ()
         near = [
             v
             for v in (*self._alarmed.values(), *self._close.values())
             if verdict.stamp_ns - v.stamp_ns <= self._together_ns
         ]
         supported = {v.detector in SUPPORTING for v in near} == {True, False}
-        return _told(near) if supported else ""
+        return near if supported else ()
 
     def _result(self, stamp_ns: int) -> FusionResult:
         verdicts = {name: self._seen(name, stamp_ns) for name in self.inputs}
@@ -154,6 +159,7 @@ class Fusion:
             self._cause or _told(list(known.values())),
             known,
             lost,
+            self._causes,
         )
 
     def _seen(self, name: str, stamp_ns: int) -> Verdict | None:

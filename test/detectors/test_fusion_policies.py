@@ -60,6 +60,7 @@ def test_paper_alerts_when_both_have_claimed_however_far_apart() -> None:
     result = feed(one, verdict("date", 200, State.ALARM))[-1]
     assert result.alert
     assert result.alert_since_ns == 200 * SECOND
+    assert result.causes == ("correlation", "date")
     assert "correlation" in result.reason
     assert "date" in result.reason
 
@@ -116,6 +117,7 @@ def test_the_alert_is_latched_until_reset() -> None:
     result = feed(one, *both(100, State.NORMAL, State.NORMAL))[-1]
     assert not result.alert
     assert result.alert_since_ns is None
+    assert result.causes == ()
     assert result.state is State.NORMAL
     assert feed(one, verdict("date", 101, State.ALARM))[-1].alert_since_ns == 101 * SECOND
 
@@ -126,6 +128,7 @@ def test_later_alarms_change_neither_the_time_nor_the_cause_of_the_alert() -> No
     later = feed(one, verdict("correlation", 2, State.ALARM), verdict("date", 3, State.ALARM))[-1]
     assert later.alert_since_ns == first.alert_since_ns == SECOND
     assert later.reason == first.reason
+    assert later.causes == first.causes == ("date",)
 
 
 def test_reset_forgets_the_claims_of_the_paper_policy() -> None:

@@ -168,7 +168,7 @@ def test_a_broken_verdict_is_refused_and_the_text_says_why(
 
 def test_a_result_of_the_fusion_as_message() -> None:
     alarm = Verdict("date", 4, State.ALARM, 3.0, 1.5, "why")
-    result = FusionResult(5, State.ALARM, True, 4, 1.0, "cause", {"date": alarm}, ("correlation",))
+    result = FusionResult(5, State.ALARM, True, 4, 1.0, "cause", {"date": alarm}, ("correlation",), ("date",))
     status = fusion_message(result).status[0]
     assert (status.name, status.level, status.message) == (
         "fusion", DiagnosticStatus.ERROR, "cause"
@@ -179,6 +179,7 @@ def test_a_result_of_the_fusion_as_message() -> None:
         "alert_since_ns": "4",
         "confidence": "1.0",
         "lost": "correlation",
+        "causes": "date",
         "date.state": "alarm",
         "date.margin": "2.0",
     }
