@@ -76,6 +76,15 @@ $$python -c 'import ensurepip, venv' 2>/dev/null || { \
 	apt-get update -qq && DEBIAN_FRONTEND=noninteractive $$install >/dev/null; }
 endef
 
+# The report is looked at in a real browser. Where none can be installed, that test says so and skips.
+define want_browser
+command -v chromium chromium-browser google-chrome >/dev/null || { \
+	test "$$(id -u)" = 0 && grep -qs '^ID=debian' /etc/os-release && { \
+		echo "apt-get install -y --no-install-recommends chromium (350 MB)"; \
+		apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq \
+			--no-install-recommends chromium >/dev/null; }; } || true
+endef
+
 $(RUNTIME):
 	@$(find_python); $(need_venv); \
 	echo "Installing ROS 2 Jazzy and the libraries into .venv (600 MB, about a minute)"; \
@@ -86,6 +95,7 @@ $(RUNTIME):
 $(TEST): | $(RUNTIME)
 	@echo "Installing the tools of the tests into .venv"
 	@rm -f .venv/runtime-* .venv/test-*
+	@$(want_browser)
 	@$(FROM_LOCK) -r requirements.txt -r requirements-test.txt
 	@touch $(RUNTIME) $@
 

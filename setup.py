@@ -90,7 +90,9 @@ setup(
             "ros-jazzy-rmw-fastrtps-cpp==8.4.3",
             "ros-jazzy-common-interfaces==5.3.6",
         ],
+        # Reports, statistics and figures of recorded flights; no node needs them.
+        "analysis": ["matplotlib>=3.8", "plotly>=5.20", "scipy>=1.11"],
         # colcon test looks for this name.
-        "test": ["hypothesis", "psutil", "pytest", "scipy"],
+        "test": ["hypothesis", "playwright", "psutil", "pytest"],
     },
 )

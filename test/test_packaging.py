@@ -191,7 +191,8 @@ def test_locks_are_pinned_and_hashed(name: str) -> None:
 
 def test_locks_hold_what_the_package_requires(metadata: importlib.metadata.Distribution) -> None:
     locked = {line.split("==")[0] for name in LOCKS for line in requirement_lines(name)}
-    assert required(metadata, "test") | required(metadata, "wheels") <= locked
+    extras = ("test", "wheels", "analysis")
+    assert set().union(*(required(metadata, extra) for extra in extras)) <= locked
 
 
 def test_locks_hold_what_the_locked_packages_require() -> None:
@@ -203,7 +204,7 @@ def test_locks_hold_what_the_locked_packages_require() -> None:
 
 def test_imported_packages_are_declared(metadata: importlib.metadata.Distribution) -> None:
     declared = {element.text for element in ET.parse(ROOT / "package.xml").iter("exec_depend")}
-    declared |= required(metadata)
+    declared |= required(metadata, "analysis")
     for name in sorted(imported()):
         assert DISTRIBUTIONS.get(name, name) in declared, f"{name} is imported and not declared"
 
