@@ -81,7 +81,7 @@ class Container:
         self.counts: Counter[int] = Counter()
         self.start_ns = 2**64
         self.end_ns = -1
-        self._schemas: dict[int, str] = {}
+        self._schemas: dict[int, tuple[str, bytes]] = {}
         self._indexed = False
         try:
             self._file: BinaryIO = path.open("rb")
@@ -99,7 +99,21 @@ class Container:
 
     def msgtype(self, channel: Channel) -> str:
         """Return the ROS type of a channel, empty if the file does not say."""
-        return self._schemas.get(channel.schema_id, "")
+        return self._schemas.get(channel.schema_id, ("", b""))[0]
+
+    def definition(self, channel: Channel) -> str:
+        """Return the definition of a channel's type as in a .msg file, empty if there is none.
+
+        Raises:
+            BagError: The definition is damaged.
+        """
+        _, content = self._schemas.get(channel.schema_id, ("", b""))
+        try:
+            encoding, position = string(content, 0, 0) if content else ("", 0)
+            return string(content, position, 0)[0] if encoding == "ros2msg" else ""
+        except Damaged as error:
+            name = self.msgtype(channel)
+            raise BagError(f"{self.path}: the definition of {name}: {error}") from error
 
     def records(self, block: Block) -> Iterator[Record]:
         """Yield the messages of one block in file order.
@@ -163,7 +177,8 @@ class Container:
         content = bytes(content)
         number = int.from_bytes(content[:2], "little")
         if opcode == _SCHEMA:
-            self._schemas[number], _ = string(content, 2, offset)
+            name, position = string(content, 2, offset)
+            self._schemas[number] = (name, content[position:])
             return
         schema = int.from_bytes(content[2:4], "little")
         topic, position = string(content, 4, offset)

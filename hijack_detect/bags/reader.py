@@ -173,6 +173,18 @@ class BagReader:
                 f"{self.path}: topic {raw.topic} at log time {raw.log_ns} ns: {what}"
             ) from error
 
+    def definition(self, topic: str) -> str:
+        """Return the definition of a topic's type as in a .msg file, empty if the bag has none.
+
+        Raises:
+            BagError: The definition is damaged.
+        """
+        for file in self._files:
+            for channel in file.channels.values():
+                if channel.topic == topic and (found := file.definition(channel)):
+                    return found
+        return ""
+
     def inputs(self, preset: str = "auto") -> TopicMap:
         """Which topic of this bag is which input.
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Literal
 
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 from rosbags.rosbag2.errors import WriterError
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from hijack_detect.bags import encoding
 from hijack_detect.bags.errors import BagError
@@ -40,6 +41,7 @@ class BagWriter:
         """
         self.path = Path(path)
         self._connections: dict[str, Connection] = {}
+        self._types = typestore()
         if self.path.exists():
             raise BagError(f"{self.path}: exists; remove it or choose another name")
         self._writer = Writer(
@@ -84,12 +86,36 @@ class BagWriter:
                 f"{self.path}: cannot be finished ({failure}); make room and write it again"
             ) from failure
 
+    def define(self, msgtype: str, definition: str) -> None:
+        """Make a type known that is not one of ROS 2 Jazzy's.
+
+        Args:
+            msgtype: Its name, as `mavros_msgs/msg/State`.
+            definition: Its definition and those of the types in it, as a bag holds them.
+
+        Raises:
+            BagError: The definition cannot be used.
+        """
+        if msgtype in self._types.fielddefs:
+            return
+        if not definition:
+            raise BagError(f"{self.path}: {msgtype} has no definition")
+        if self._types is typestore():
+            self._types = get_typestore(Stores.ROS2_JAZZY)
+        try:
+            found = get_types_from_msg(definition, msgtype)
+            known = self._types.fielddefs
+            self._types.register({name: of for name, of in found.items() if name not in known})
+            self._types.hash_rihs01(msgtype)
+        except Exception as error:  # rosbags raises whatever the text leads it to
+            raise BagError(f"{self.path}: the definition of {msgtype} is not known") from error
+
     def write_raw(self, topic: str, msgtype: str, log_ns: int, data: bytes) -> None:
         """Write one message that is already CDR.
 
         Raises:
-            BagError: The type is not one of ROS 2 Jazzy's, the topic was written with another
-                type, or the disk is full.
+            BagError: The type is neither one of ROS 2 Jazzy's nor defined, the topic was written
+                with another type, or the disk is full.
         """
         connection = self._connections.get(topic) or self._add(topic, msgtype)
         if connection.msgtype != msgtype:
@@ -130,9 +156,9 @@ class BagWriter:
         self.write_raw(topic, *_at(log_ns, encoding.encode_bool(value)))
 
     def _add(self, topic: str, msgtype: str) -> Connection:
-        if msgtype not in typestore().fielddefs:
+        if msgtype not in self._types.fielddefs:
             raise BagError(f"{self.path}: topic {topic} has type {msgtype!r}, which is not known")
-        connection = self._writer.add_connection(topic, msgtype, typestore=typestore())
+        connection = self._writer.add_connection(topic, msgtype, typestore=self._types)
         self._connections[topic] = connection
         return connection
 

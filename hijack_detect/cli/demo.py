@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import rclpy
-from ament_index_python.packages import get_package_share_directory
 from rclpy.executors import Executor
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.signals import SignalHandlerOptions
@@ -19,14 +18,15 @@ from rich.console import Console
 from rich.live import Live
 
 from hijack_detect.bags.reader import BagReader
+from hijack_detect.cli.common import find_scenario, share_folder
 from hijack_detect.cli.demo_view import live_line, timeline
 from hijack_detect.cli.listener import Listener
-from hijack_detect.cli.processes import PACKAGE, NodeError, NodeProcesses, interrupt_held
+from hijack_detect.cli.processes import NodeError, NodeProcesses, interrupt_held
 from hijack_detect.evaluation.offline import OfflineRun, spoofed_samples
-from hijack_detect.evaluation.outcome import Attack, alert_is_right
+from hijack_detect.evaluation.outcome import alert_is_right
+from hijack_detect.evaluation.truth import scenario_attack
 from hijack_detect.nodes import MONITOR
-from hijack_detect.spoofing.scenario import Scenario, load_scenario
-from hijack_detect.streams.samples import NANOSECONDS
+from hijack_detect.spoofing.scenario import Scenario
 
 DEFAULT_BAG = "bags/curved_8"
 DEFAULT_SCENARIO = "turn_away_track"
@@ -55,14 +55,14 @@ def run_demo(options: DemoOptions) -> bool:
     Raises:
         ValueError: The bag or scenario cannot be used, or a node does not run.
     """
-    share = Path(get_package_share_directory(PACKAGE))
+    share = share_folder()
     bag = options.bag or share / DEFAULT_BAG
-    scenario = _scenario(options, share)
+    scenario = _scenario(options)
     console = Console()
     with contextlib.ExitStack() as stack:
         reader = stack.enter_context(BagReader(bag))
         reader.inputs()
-        attack = _attack(scenario, reader)
+        attack = None if scenario is None else scenario_attack(scenario, reader)
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="hijack_detect_")))
         logs = options.logs or folder
         logs.mkdir(parents=True, exist_ok=True)
@@ -92,27 +92,9 @@ def _shown(path: Path) -> str:
     return str(path)
 
 
-def _scenario(options: DemoOptions, share: Path) -> Scenario | None:
+def _scenario(options: DemoOptions) -> Scenario | None:
     given = options.scenario or DEFAULT_SCENARIO
-    if given == "none":
-        return None
-    own = share / "config/scenarios" / f"{given}.yaml"
-    scenario = load_scenario(own if own.exists() else Path(given))
-    return scenario if options.onset_s is None else scenario.moved_to(options.onset_s)
-
-
-def _attack(scenario: Scenario | None, reader: BagReader) -> Attack | None:
-    """Onset and end of the scenario's first segment on this flight.
-
-    Raises:
-        ScenarioError: A segment lies outside the flight.
-    """
-    if scenario is None:
-        return None
-    scenario.check_within(reader.duration_s)
-    first, last = scenario.segments[0], scenario.segments[-1]
-    end = None if last.end_s is None else reader.start_ns + round(last.end_s * NANOSECONDS)
-    return Attack(reader.start_ns + round(first.start_s * NANOSECONDS), end)
+    return None if given == "none" else find_scenario(given, options.onset_s)
 
 
 def _play(

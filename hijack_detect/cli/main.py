@@ -9,18 +9,11 @@ import click
 
 from hijack_detect import __version__
 from hijack_detect.bags.generate import OPTIONAL_INPUTS
+from hijack_detect.cli.common import PATH, BadInput
 from hijack_detect.cli.environment import add_own_prefix
+from hijack_detect.cli.inject import inject
 from hijack_detect.evaluation.manual import parameter_file
 from hijack_detect.evaluation.policies import POLICIES
-
-EXIT_BAD_INPUT = 2
-PATH = click.Path(path_type=Path)
-
-
-class BadInput(click.ClickException):
-    """Input that cannot be used: one line on stderr and exit code 2."""
-
-    exit_code = EXIT_BAD_INPUT
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -92,6 +85,8 @@ def params(policy: str) -> None:
     """Print the parameter file of a policy, which is the manual of all parameters."""
     click.echo(parameter_file(policy), nl=False)
 
+
+main.add_command(inject)
 
 if __name__ == "__main__":
     main()

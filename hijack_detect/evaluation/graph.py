@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeAlias
 
 from hijack_detect.detectors.correlation import CorrelationDetector
 from hijack_detect.detectors.correlation_parameters import CorrelationParameters
@@ -14,7 +14,7 @@ from hijack_detect.detectors.fusion import Fusion, FusionParameters
 from hijack_detect.estimation.attitude import AttitudeEstimator
 from hijack_detect.estimation.attitude_parameters import AttitudeParameters
 from hijack_detect.estimation.course import CourseEstimator, CourseParameters
-from hijack_detect.evaluation.stage import Stage
+from hijack_detect.evaluation.stage import Component, Stage
 
 DETECTORS = ("correlation", "date")
 
@@ -30,22 +30,36 @@ class MonitorParameters:
     fusion: FusionParameters = field(default_factory=FusionParameters)
 
 
+Baselines: TypeAlias = Mapping[str, Callable[[], Component]]
+"""Makers of further detectors by name."""
+
+
 class Monitor:
     """Feeds samples through attitude, course, detectors and fusion.
 
     Inputs are `imu`, `fix`, `velocity` and `mag`; what each part puts out goes to the parts
     that have an input of that name. Everything that was put out by one `push` is returned.
+
+    Attributes:
+        detectors: Names of the parts that give verdicts.
     """
 
-    def __init__(self, parameters: MonitorParameters) -> None:
-        """Make all stages."""
+    def __init__(self, parameters: MonitorParameters, baselines: Baselines | None = None) -> None:
+        """Make all stages.
+
+        Args:
+            parameters: Parameters of every part.
+            baselines: Detectors to compare with, which fusion does not hear.
+        """
         p = parameters
+        self.detectors = (*DETECTORS, *(baselines or {}))
         self.stages: Mapping[str, Stage] = {
             "attitude": Stage(lambda: AttitudeEstimator(p.attitude)),
             "course": Stage(lambda: CourseEstimator(p.course)),
             "correlation": Stage(lambda: CorrelationDetector(p.correlation)),
             "date": Stage(lambda: DateDetector(p.date)),
             "fusion": Stage(lambda: Fusion(p.fusion, DETECTORS)),
+            **{name: Stage(make) for name, make in (baselines or {}).items()},
         }
 
     def push(self, name: str, sample: Any) -> list[tuple[str, Any]]:

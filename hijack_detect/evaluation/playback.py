@@ -9,12 +9,11 @@ from typing import Any, NamedTuple
 from hijack_detect.bags.errors import BagError
 from hijack_detect.bags.reader import BagReader, RawMessage, typestore
 from hijack_detect.bags.samples import Rejected, Rejection
+from hijack_detect.evaluation.message_spoofer import SPOOFED_INPUTS, MessageSpoofer
 from hijack_detect.evaluation.playback_parameters import ReplayParameters
-from hijack_detect.evaluation.playback_topics import Route, Routes, routes
+from hijack_detect.evaluation.playback_topics import Routes, routes
 from hijack_detect.spoofing.scenario import Scenario, load_scenario
-from hijack_detect.spoofing.spoofer import Spoofer
-from hijack_detect.streams.messages import CONVERTERS, BadMessage
-from hijack_detect.streams.samples import NANOSECONDS, FixSample, VelocitySample
+from hijack_detect.streams.samples import NANOSECONDS
 
 _STAMP_AT = 4
 """Byte at which the stamp of a leading std_msgs/Header lies, after the CDR encapsulation."""
@@ -91,8 +90,10 @@ class Playback:
         Raises:
             BagError: The bag turns out to be damaged.
         """
-        inputs = [self.routes.topic_of(name) for name in ("fix", "velocity")]
-        spoofer = Spoofer(self._scenario, self.reader.start_ns) if self._scenario else None
+        inputs = [self.routes.topic_of(name) for name in SPOOFED_INPUTS]
+        spoofer = None
+        if self._scenario is not None:
+            spoofer = MessageSpoofer(self._scenario, self.reader.start_ns, self._reject)
         if spoofer is not None:
             gps = [topic for topic in inputs if topic is not None]
             for raw in self.reader.messages(gps, end_ns=self.start_ns):
@@ -124,7 +125,7 @@ class Playback:
         inputs = self.reader.inputs(parameters.preset)
         return routes(self.reader.topics, inputs, find, spoofing=scenario is not None)
 
-    def _decoded(self, raw: RawMessage, spoofer: Spoofer | None) -> Outgoing | None:
+    def _decoded(self, raw: RawMessage, spoofer: MessageSpoofer | None) -> Outgoing | None:
         """Check a message and apply the attack to it; None if it has to be left out."""
         route = self.routes.published[raw.topic]
         if raw.msgtype != route.msgtype:
@@ -141,42 +142,11 @@ class Playback:
             reason = f"malformed {raw.msgtype} of {len(raw.data)} bytes; the bag is damaged"
             self._reject(raw, 0, reason)
             return None
-        if route.input_name not in ("fix", "velocity"):
-            return Outgoing(raw.log_ns, route.topic, raw.data, route.headed, None)
-        return self._gps(raw, route, message, spoofer)
-
-    def _gps(
-        self, raw: RawMessage, route: Route, message: Any, spoofer: Spoofer | None
-    ) -> Outgoing:
-        """Apply the attack to a fix or a velocity."""
-        data = raw.data
-        active = spoofer is not None and spoofer.active(stamp_ns(data))
+        data, active = raw.data, False
+        if spoofer is not None and route.input_name in SPOOFED_INPUTS:
+            data, active = spoofer.apply(raw, route.input_name, message)
         truth = active if route.input_name == "fix" and not self.routes.has_truth else None
-        if spoofer is not None:
-            try:
-                data = self._spoofed(raw, CONVERTERS[route.input_name](message), message, spoofer)
-            except BadMessage as error:  # passes as it is: the nodes refuse it too
-                self._reject(raw, stamp_ns(data), str(error))
         return Outgoing(raw.log_ns, route.topic, data, route.headed, truth)
-
-    @staticmethod
-    def _spoofed(
-        raw: RawMessage, sample: FixSample | VelocitySample, message: Any, spoofer: Spoofer
-    ) -> bytes:
-        """Return the bytes to publish; the recorded ones if the attack changes nothing."""
-        if isinstance(sample, FixSample):
-            fix = spoofer.fix(sample)
-            if fix == sample:
-                return raw.data
-            message.latitude, message.longitude = fix.latitude_deg, fix.longitude_deg
-            message.altitude = fix.altitude_m
-        else:
-            velocity = spoofer.velocity(sample)
-            if velocity == sample:
-                return raw.data
-            linear = message.twist.linear
-            linear.x, linear.y, linear.z = velocity.velocity
-        return bytes(typestore().serialize_cdr(message, raw.msgtype))
 
     def _check_order(self, raw: RawMessage, data: bytes, latest: dict[str, int]) -> None:
         """Count a stamp that does not increase; the message is published all the same."""

@@ -106,9 +106,14 @@ def _refusal(name: str, relative: str, msgtype: str, *, spoofing: bool) -> str:
         return "it belongs to the running system"
     if relative == TRUTH_TOPIC and msgtype == TRUTH_TYPE and not spoofing:
         return ""
-    if _ANSWERS.fullmatch(relative):
+    if is_answer(relative):
         return "it is an answer of the monitor, which would be taken for a new one"
     return ""
+
+
+def is_answer(topic: str) -> bool:
+    """Whether a topic is what the nodes of this package say, not what they hear."""
+    return _ANSWERS.fullmatch(topic.lstrip("/")) is not None
 
 
 def _headed(kind: Any) -> bool:

@@ -168,7 +168,9 @@ def test_a_broken_verdict_is_refused_and_the_text_says_why(
 
 def test_a_result_of_the_fusion_as_message() -> None:
     alarm = Verdict("date", 4, State.ALARM, 3.0, 1.5, "why")
-    result = FusionResult(5, State.ALARM, True, 4, 1.0, "cause", {"date": alarm}, ("correlation",), ("date",))
+    result = FusionResult(
+        5, State.ALARM, True, 4, 1.0, "cause", {"date": alarm}, ("correlation",), ("date",)
+    )
     status = fusion_message(result).status[0]
     assert (status.name, status.level, status.message) == (
         "fusion", DiagnosticStatus.ERROR, "cause"

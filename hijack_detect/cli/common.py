@@ -1,0 +1,79 @@
+"""What the commands share: how they refuse input, find scenarios and show progress."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import click
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+
+from hijack_detect.spoofing.scenario import Scenario, load_scenario
+
+EXIT_BAD_INPUT = 2
+PATH = click.Path(path_type=Path)
+
+
+class BadInput(click.ClickException):
+    """Input that cannot be used: one line on stderr and exit code 2."""
+
+    exit_code = EXIT_BAD_INPUT
+
+
+@contextlib.contextmanager
+def refusing_bad_input() -> Iterator[None]:
+    """Turn every ValueError, which names what is wrong with the input, into BadInput."""
+    try:
+        yield
+    except ValueError as error:
+        raise BadInput(str(error)) from error
+
+
+def find_scenario(given: str, onset_s: float | None = None) -> Scenario:
+    """Read a scenario file, given by its path or by the bare name of one in config/scenarios.
+
+    Args:
+        given: Path or name.
+        onset_s: Moves the first attack to this second, if given.
+
+    Raises:
+        ScenarioError: It cannot be used.
+    """
+    own = share_folder() / "config/scenarios" / f"{given}.yaml"
+    scenario = load_scenario(own if own.is_file() else Path(given))
+    return scenario if onset_s is None else scenario.moved_to(onset_s)
+
+
+def share_folder() -> Path:
+    """Where the configuration, the launch files and the bags of this package are installed."""
+    try:
+        from ament_index_python.packages import (  # noqa: PLC0415  there may be no ROS
+            get_package_share_directory,
+        )
+
+        return Path(get_package_share_directory("hijack_detect"))
+    except (ImportError, LookupError):
+        return Path(sys.prefix, "share/hijack_detect")
+
+
+@contextlib.contextmanager
+def progress(text: str, total: float) -> Iterator[Callable[[float], None]]:
+    """Show a bar on stderr while something long runs, if that is a terminal.
+
+    Yields:
+        Takes how much of the total is done.
+    """
+    with Progress(
+        TextColumn(text),
+        BarColumn(),
+        TaskProgressColumn(),
+        TimeRemainingColumn(),
+        console=Console(stderr=True),
+        transient=True,
+        disable=not sys.stderr.isatty(),
+    ) as bar:
+        task = bar.add_task("", total=total)
+        yield lambda done: bar.update(task, completed=done)
