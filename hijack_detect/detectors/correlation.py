@@ -39,6 +39,10 @@ class CorrelationDetector:
     With `follow_s > 0` the mean difference is taken relative to the crab angle of the time
     before, and the verdict is NOT_OBSERVABLE while the nose does not follow the course: see
     `FollowsCourse`.
+
+    ρ has no scale: a course that a spoofer draws straight turns by a millionth of a degree, and
+    that may well correlate with a real turn of the nose. So with `min_sigma_deg > 0` ρ counts
+    only where both have turned.
     """
 
     NAME = "correlation"
@@ -113,7 +117,7 @@ class CorrelationDetector:
         yaw, course = (self._window.covariance(pair) for pair in (YAW_YAW, COURSE_COURSE))
         variance = yaw * course
         smallest = math.radians(self._parameters.min_sigma_deg)
-        flat = variance <= 0.0 or (math.sqrt(yaw) < smallest and math.sqrt(course) < smallest)
+        flat = variance <= 0.0 or math.sqrt(min(yaw, course)) < smallest
         coefficient = None if flat else self._window.covariance(YAW_COURSE) / math.sqrt(variance)
         difference = self._window.mean(COURSE) - self._window.mean(YAW)
         return Trends(coefficient, math.remainder(difference, math.tau))

@@ -52,8 +52,8 @@ class CorrelationParameters(Parameters):
     )
     min_sigma_deg: float = param(
         2.0,
-        "Below this standard deviation of both yaw and course in the window there is no turn and "
-        "ρ means nothing. Faithful: 0 (only an exactly constant angle has no ρ).",
+        "Below this standard deviation of yaw or course in the window the two have not turned "
+        "together and ρ means nothing. Faithful: 0 (only an exactly constant angle has no ρ).",
         unit="deg",
         low=0.0,
         high=90.0,

@@ -346,6 +346,27 @@ def test_without_a_turn_the_hardened_variant_judges_the_direction() -> None:
     assert "no turn" in away[-1].reason
 
 
+@pytest.mark.parametrize(
+    ("parameters", "state"), [(CorrelationParameters(), State.ALARM), (FAITHFUL, State.NORMAL)]
+)
+def test_a_course_drawn_straight_does_not_correlate_with_a_turn(
+    parameters: CorrelationParameters, state: State
+) -> None:
+    """A fake track without noise turns by 1e-6 °/s: ρ is 1, which only the faithful one believes."""
+    feed = Feed(CorrelationDetector(parameters))
+
+    def yaw(t: float) -> float:
+        return 20.0 + max(0.0, 10.0 * (t - 15.0))
+
+    feed(15.0, yaw, steady)
+    away = feed(9.0, yaw, lambda t: 20.0 + 1e-6 * t)[-1]
+    assert abs(math.degrees(away.values["mean_difference"])) > 60.0
+    assert away.state is state
+    assert ("coefficient" in away.values) is (state is State.NORMAL)
+    if state is State.NORMAL:
+        assert away.values["coefficient"] > 0.99
+
+
 def test_a_crab_angle_is_taken_off() -> None:
     """Wind: the course lies 30° off the nose all the time, more than μ."""
     verdicts = run(CorrelationParameters(), 30.0, steady, lambda t: 50.0)
