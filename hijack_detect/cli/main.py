@@ -8,10 +8,10 @@ from pathlib import Path
 import click
 
 from hijack_detect import __version__
-from hijack_detect.bags.generate import OPTIONAL_INPUTS
 from hijack_detect.cli.common import PATH, BadInput
 from hijack_detect.cli.environment import add_own_prefix
 from hijack_detect.cli.inject import inject
+from hijack_detect.cli.simulate import simulate
 from hijack_detect.evaluation.manual import parameter_file
 from hijack_detect.evaluation.policies import POLICIES
 
@@ -63,23 +63,6 @@ def demo(
 
 
 @main.command()
-@click.argument("out", type=PATH)
-@click.option("--route", type=click.Choice(["straight", "curved"]), default="curved")
-@click.option("--seed", type=int, default=0, show_default=True)
-@click.option("--duration", type=float, default=110.0, show_default=True, help="Seconds.")
-@click.option("--without", type=click.Choice(OPTIONAL_INPUTS), multiple=True, help="Leave out.")
-def generate(out: Path, route: str, seed: int, duration: float, without: tuple[str, ...]) -> None:
-    """Make a bag of a simulated flight; the same options make the same bag."""
-    from hijack_detect.bags.generate import make_bag  # noqa: PLC0415  rosbags is slow to load
-
-    try:
-        make_bag(out, route, seed, duration, without=without)
-    except ValueError as error:
-        raise BadInput(str(error)) from error
-    click.echo(f"{out}: {duration:g} s, route {route}, seed {seed}")
-
-
-@main.command()
 @click.option("--policy", type=click.Choice(list(POLICIES)), default="default", show_default=True)
 def params(policy: str) -> None:
     """Print the parameter file of a policy, which is the manual of all parameters."""
@@ -87,6 +70,7 @@ def params(policy: str) -> None:
 
 
 main.add_command(inject)
+main.add_command(simulate)
 
 if __name__ == "__main__":
     main()

@@ -34,7 +34,8 @@ class Injection:
     Attributes:
         messages: Number of messages.
         spoofed: Number of fixes that an attack covers.
-        left_out: Topics that are not in the copy, with the reason.
+        left_out: Topics that are not in the copy, with the reason. The ground truth of the
+            original is replaced.
         refused: Fixes and velocities with values that no receiver can mean; they are as they were.
     """
 
@@ -70,7 +71,7 @@ def inject(
         ScenarioError: A segment lies outside the flight.
     """
     attack = scenario_attack(scenario, reader)
-    if known_attack(reader) is not None:
+    if known_attack(reader).attack is not None:
         raise BagError(f"{reader.path}: holds an attack already; inject into a flight without one")
     names = {topic: name for name, topic in reader.inputs(preset).items()}
     done = Injection()
@@ -106,8 +107,10 @@ def _kept(reader: BagReader, writer: BagWriter, done: Injection) -> set[str]:
     """The topics to copy; makes their types known to the writer and notes what is left out."""
     kept = set()
     for topic, msgtype in reader.topics.items():
+        if topic == SPOOF_ACTIVE:
+            continue
         if is_answer(topic):
-            done.left_out[topic] = "it is what the monitor or the ground truth said of the original"
+            done.left_out[topic] = "it is what the monitor said of the original"
             continue
         try:
             writer.define(msgtype, reader.definition(topic))

@@ -6,7 +6,7 @@ import bisect
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, NamedTuple, TypeAlias
 
 from hijack_detect.bags.errors import BagError
 from hijack_detect.bags.reader import BagReader
@@ -27,6 +27,19 @@ SPOOF_ACTIVE = "/spoof_active"
 LABEL = "label.json"
 GPS_LAG_S = 0.15
 """A fix tells where the vehicle was this long before its stamp, about."""
+
+
+Source: TypeAlias = Literal["scenario", "ground_truth", "label"]
+
+
+class Known(NamedTuple):
+    """What is known of an attack: its times, None for none, and what tells it.
+
+    Without a `source` nothing is known, not even that there was none.
+    """
+
+    attack: Attack | None
+    source: Source | None
 
 
 class TruthTrack:
@@ -82,7 +95,7 @@ def _fixes(reader: BagReader, topic: str) -> list[FixSample]:
     return fixes
 
 
-def known_attack(reader: BagReader, scenario: Scenario | None = None) -> Attack | None:
+def known_attack(reader: BagReader, scenario: Scenario | None = None) -> Known:
     """The attack on a flight: the scenario's, the ground truth's in the bag, or the label's.
 
     Raises:
@@ -90,11 +103,13 @@ def known_attack(reader: BagReader, scenario: Scenario | None = None) -> Attack 
         ScenarioError: A segment lies outside the flight.
     """
     if scenario is not None:
-        return scenario_attack(scenario, reader)
+        return Known(scenario_attack(scenario, reader), "scenario")
     if reader.topics.get(SPOOF_ACTIVE) == "std_msgs/msg/Bool":
-        return recorded_attack(reader)
+        return Known(recorded_attack(reader), "ground_truth")
     label = read_label(reader.path)
-    return None if label is None else label_attack(label, reader.start_ns)
+    if label is None:
+        return Known(None, None)
+    return Known(label_attack(label, reader.start_ns), "label")
 
 
 def scenario_attack(scenario: Scenario, reader: BagReader) -> Attack:

@@ -1,1 +1,4 @@
-"""Simulated flights: plain, open loop and without input or output."""
+"""Simulated flights, closed loop: the vehicle goes where its autopilot, deceived or not, flies it.
+
+See docs/simulator.md for what is modelled, with which constants, and what is left out.
+"""

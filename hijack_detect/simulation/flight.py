@@ -1,4 +1,4 @@
-"""One simulated flight: the truth and what the sensors say of it."""
+"""One simulated flight: the truth, and what the sensors say of it."""
 
 from __future__ import annotations
 
@@ -7,10 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from hijack_detect.simulation import sensors
-from hijack_detect.simulation.kinematics import Kinematics, kinematics
-from hijack_detect.simulation.motion import Motion, motion
-from hijack_detect.simulation.plan import FlightPlan
-from hijack_detect.simulation.sensors import Reading
+from hijack_detect.simulation.conditions import Conditions, draw_conditions
+from hijack_detect.simulation.gps import Gps, Reading
+from hijack_detect.simulation.motion import IMU_HZ, Motion, fly
+from hijack_detect.simulation.plan import FlightPlan, forward_end_s, forward_start_s
+from hijack_detect.simulation.receiver import HonestReceiver, Receiver
+from hijack_detect.simulation.route import Route, plan_route
+from hijack_detect.simulation.wind import wind
 from hijack_detect.streams.samples import (
     FixSample,
     ImuSample,
@@ -26,61 +29,78 @@ class Flight:
 
     Attributes:
         plan: What was asked for.
-        path: True motion, a thousand times a second.
+        conditions: What the seed made of it: vehicle, weather, sensors.
+        route: The planned motion, 50 rows a second.
         motion: True motion, attitude, rates and forces, a hundred times a second.
         imu: IMU samples, 100 Hz.
-        fixes: GPS fixes, 5 Hz, stamped on arrival.
-        velocities: GPS velocities, with the stamps of the fixes.
+        fixes: GPS fixes as reported, 5 Hz, stamped on arrival.
+        measured_fixes: What an honest receiver would have reported, with the stamps of `fixes`.
+        velocities: GPS velocities as reported, with the stamps of the fixes.
         satellites: Numbers of satellites, with the stamps of the fixes.
         magnetics: Magnetometer samples, 10 Hz.
         pressures: Static pressure in pascal, 10 Hz.
         truth_fixes: True positions, 10 Hz.
         truth_attitudes: True attitudes (FLU to ENU) at the stamps of `truth_fixes`.
+        forward_start_s: Start of the route, seconds from the start of the recording.
+        forward_end_s: Start of braking, unless an attack made the target wait.
     """
 
     plan: FlightPlan
-    path: Kinematics
+    conditions: Conditions
+    route: Route
     motion: Motion
     imu: list[ImuSample]
     fixes: list[FixSample]
+    measured_fixes: list[FixSample]
     velocities: list[VelocitySample]
     satellites: list[Reading]
     magnetics: list[MagneticSample]
     pressures: list[Reading]
     truth_fixes: list[FixSample]
     truth_attitudes: list[Quaternion]
+    forward_start_s: float
+    forward_end_s: float
 
 
-def generate_flight(plan: FlightPlan, seed: int) -> Flight:
-    """Simulate a flight; the same plan and seed give the same flight.
+def generate_flight(plan: FlightPlan, seed: int, receiver: Receiver | None = None) -> Flight:
+    """Simulate a flight; the same plan, seed and receiver give the same flight.
 
-    Motion and each sensor draw from generators of their own, so that a change to one sensor
-    leaves the others as they were.
+    Conditions, route, wind and each sensor draw from generators of their own, so that a change
+    to one leaves the others as they were, and a spoofed flight differs from the honest one of
+    the same seed by nothing but the attack.
 
     Args:
         plan: What to fly.
         seed: A whole number, not negative.
+        receiver: Stands between the measured and the reported fixes and velocities; the autopilot
+            sees nothing else. None is an honest receiver.
 
     Raises:
         ValueError: The seed is negative.
     """
     if seed < 0:
         raise ValueError(f"seed is {seed}, it must not be negative")
-    streams = [np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(5)]
-    path = kinematics(plan, streams[0])
-    moved = motion(path)
-    fixes, velocities, satellites = sensors.gps_samples(plan, path, streams[2])
-    truth_fixes, truth_attitudes = sensors.truth(plan, moved)
+    streams = [np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(7)]
+    conditions = draw_conditions(plan, streams[0])
+    route = plan_route(plan, conditions, streams[1])
+    air = wind(conditions, round(plan.duration_s * IMU_HZ) + 1, IMU_HZ, streams[2])
+    gps = Gps(plan, conditions, receiver or HonestReceiver(), streams[3])
+    motion = fly(route, conditions, air, gps)
+    truth_fixes, truth_attitudes = sensors.truth(plan, motion)
     return Flight(
         plan=plan,
-        path=path,
-        motion=moved,
-        imu=sensors.imu_samples(plan, moved, streams[1]),
-        fixes=fixes,
-        velocities=velocities,
-        satellites=satellites,
-        magnetics=sensors.magnetic_samples(plan, moved, streams[3]),
-        pressures=sensors.pressure_readings(plan, moved, streams[4]),
+        conditions=conditions,
+        route=route,
+        motion=motion,
+        imu=sensors.imu_samples(plan, conditions, motion, streams[4]),
+        fixes=gps.fixes,
+        measured_fixes=gps.measured_fixes,
+        velocities=gps.velocities,
+        satellites=gps.satellites,
+        magnetics=sensors.magnetic_samples(plan, motion, streams[5]),
+        pressures=sensors.pressure_readings(plan, motion, streams[6]),
         truth_fixes=truth_fixes,
         truth_attitudes=truth_attitudes,
+        forward_start_s=forward_start_s(plan),
+        forward_end_s=forward_end_s(plan),
     )

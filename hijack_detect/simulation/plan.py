@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-ROUTES = ("straight", "curved")
+ROUTES = ("straight", "curved", "hover", "fixed_yaw", "survey")
 MIN_DURATION_S = 60.0
 MAX_DURATION_S = 3600.0
 
@@ -29,25 +29,29 @@ class Place:
 
 @dataclass(frozen=True)
 class FlightPlan:
-    """A multirotor flight: stand, take off, hover, fly a route forward, hover.
+    """A multirotor flight: stand, take off, hover, fly a route, hover.
 
-    The nose follows the course. The seed decides the first course, the turns, the wind and all
-    noise.
+    The seed decides everything that is not asked for: the first course, the turns, wind and
+    gusts, the vehicle, its sensors and all noise.
 
     Attributes:
-        route: `straight`, one leg; or `curved`, several turns of 50° to 110°, the first two in
-            quick succession.
+        route: `straight`, one leg; `curved`, turns of 50° to 110°, mostly with two in quick
+            succession; `survey`, parallel legs joined by sharp turns; `fixed_yaw`, as `curved`
+            with a heading that stays; `hover`, no motion. But for the last two the nose follows
+            the course.
         duration_s: Length of the recording, 60 to 3600 seconds.
-        speed: Ground speed on the route, 2 to 15 m/s.
+        speed: Ground speed on the route, 2 to 15 m/s; None draws 6 to 9 m/s from the seed.
         height_m: Height of the flight above the ground, 5 to 120 metres.
+        wind_m_s: Mean wind, 0 to 12 m/s; None draws 0 to 5 m/s from the seed.
         place: Where it starts.
         start_ns: Stamp of the first sample, nanoseconds.
     """
 
     route: str = "straight"
     duration_s: float = 110.0
-    speed: float = 8.0
+    speed: float | None = None
     height_m: float = 20.0
+    wind_m_s: float | None = None
     place: Place = Place()
     start_ns: int = 1_750_000_000_000_000_000
 
@@ -63,9 +67,12 @@ class FlightPlan:
             ("duration", self.duration_s, MIN_DURATION_S, MAX_DURATION_S),
             ("speed", self.speed, 2.0, 15.0),
             ("height", self.height_m, 5.0, 120.0),
+            ("wind", self.wind_m_s, 0.0, 12.0),
         ):
-            if not low <= value <= high:
+            if value is not None and not low <= value <= high:
                 raise ValueError(f"{name} is {value!r}, not within [{low:g}, {high:g}]")
+        if self.start_ns < 0:
+            raise ValueError(f"start is {self.start_ns} ns, it must not be negative")
         if forward_end_s(self) - forward_start_s(self) < 20.0:
             raise ValueError(
                 f"duration of {self.duration_s:g} s leaves less than 20 s for the route; fly "

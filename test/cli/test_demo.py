@@ -136,11 +136,12 @@ def seconds_of(row: str) -> str:
 
 
 @pytest.mark.slow
-def test_generate_a_flight_and_replay_it_without_attack(start: Start, tmp_path: Path) -> None:
+def test_simulate_a_flight_and_replay_it_without_attack(start: Start, tmp_path: Path) -> None:
     bag = tmp_path / "flight"
-    made = ("generate", str(bag), "--duration", "60", "--seed", "4", "--without", "mag")
+    made = ("simulate", str(bag), "--duration", "60", "--seed", "4", "--without", "mag")
     code, printed = start(*made).end()
-    assert (code, printed) == (0, f"{bag}: 60 s, route curved, seed 4\n")
+    assert code == 0, printed
+    assert f"{bag}: 60 s, route curved" in printed
     with BagReader(bag) as reader:
         assert reader.duration_s == pytest.approx(60.0, abs=0.1)
         assert "/mag" not in reader.topics
@@ -199,12 +200,12 @@ def test_version_help_and_usage(start: Start) -> None:
     for arguments in (["--help"], ["-h"]):
         code, printed = start(*arguments).end()
         assert code == 0
-        assert all(name in printed for name in ("demo", "generate", "params"))
+        assert all(name in printed for name in ("demo", "simulate", "params"))
     code, printed = start("demo", "--help").end()
     assert code == 0
     assert all(option in printed for option in ("--bag", "--scenario", "--onset", "--rate"))
     assert "'all'" in refusal(start, "params", "--policy", "all")
     assert "--rate" in refusal(start, "demo", "--rate", "0")
-    assert "OUT" in refusal(start, "generate")
-    assert "duration" in refusal(start, "generate", "nowhere", "--duration", "-1")
+    assert "OUT" in refusal(start, "simulate")
+    assert "duration" in refusal(start, "simulate", "nowhere", "--duration", "-1")
     assert not Path(ROOT, "nowhere").exists()

@@ -27,7 +27,7 @@ def test_it_writes_a_bag_and_says_what(tmp_path: Path) -> None:
     assert done.stderr == ""
     assert "fixes spoofed" in done.stdout
     with BagReader(tmp_path / "out") as reader:
-        attack = known_attack(reader)
+        attack, _ = known_attack(reader)
         assert attack is not None
         # The first spoofed fix, at most one interval of 0.2 s after the onset.
         assert 40.0 <= (attack.onset_ns - reader.start_ns) / NANOSECONDS < 40.2

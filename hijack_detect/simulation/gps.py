@@ -1,0 +1,117 @@
+"""The GPS receiver of the vehicle: late, noisy, and as honest as what answers its antenna."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import pymap3d
+
+from hijack_detect.estimation.geodesy import LocalFrame
+from hijack_detect.simulation.conditions import Conditions
+from hijack_detect.simulation.noise import Array, gauss_markov
+from hijack_detect.simulation.plan import FlightPlan
+from hijack_detect.simulation.receiver import Receiver
+from hijack_detect.streams.samples import FixSample, Vector3, VelocitySample
+
+GPS_HZ = 5
+FIRST_S = 0.263
+"""Arrival of the first fix: the receiver's clock is not the IMU's."""
+VERTICAL = 1.5
+"""Noise of the height over that of East and North."""
+
+
+class Reading(NamedTuple):
+    """A value with its stamp in nanoseconds: pascal, or a number of satellites."""
+
+    stamp_ns: int
+    value: float
+
+
+class Gps:
+    """Measures, hands the measurement to the receiver, and remembers what was reported.
+
+    A fix is stamped on arrival and tells where the vehicle was `gps_lag_s` before. Position:
+    correlated and white noise; velocity: white noise. All noise is drawn in advance.
+
+    Attributes:
+        measured_fixes: What an honest receiver would have reported.
+        fixes: What was reported.
+        velocities: Reported velocities, with the stamps of the fixes.
+        satellites: Numbers of satellites, with the stamps of the fixes.
+    """
+
+    def __init__(
+        self,
+        plan: FlightPlan,
+        conditions: Conditions,
+        receiver: Receiver,
+        rng: np.random.Generator,
+    ) -> None:
+        """Draw the noise of the whole flight."""
+        self._place = (
+            plan.place.latitude_deg,
+            plan.place.longitude_deg,
+            plan.place.altitude_m,
+        )
+        self._frame = LocalFrame(FixSample(0, *self._place))
+        self._receiver = receiver
+        self.lag_s = conditions.gps_lag_s
+        self._arrivals: list[float] = np.arange(FIRST_S, plan.duration_s, 1.0 / GPS_HZ).tolist()
+        self._stamps = [plan.start_ns + round(1e3 * time) * 1_000_000 for time in self._arrivals]
+        size = (len(self._arrivals), 3)
+        noise = conditions.fix_noise_m * gauss_markov(
+            rng.normal(size=size), conditions.fix_noise_s, GPS_HZ
+        )
+        noise += conditions.fix_white_m * rng.normal(size=size)
+        self._position_noise: list[Vector3] = (noise * [1.0, 1.0, VERTICAL]).tolist()
+        self._velocity_noise: list[Vector3] = (
+            conditions.velocity_noise_m_s * rng.normal(size=size)
+        ).tolist()
+        counts = conditions.satellites + gauss_markov(rng.normal(size=size), 20.0, GPS_HZ)[:, 0]
+        self.satellites = [
+            Reading(*pair) for pair in zip(self._stamps, np.round(counts).tolist(), strict=True)
+        ]
+        self.measured_fixes: list[FixSample] = []
+        self.fixes: list[FixSample] = []
+        self.velocities: list[VelocitySample] = []
+
+    def arrived(self, now_s: float) -> bool:
+        """Whether the next measurement is there, `now_s` seconds after the start."""
+        index = len(self.fixes)
+        return index < len(self._arrivals) and self._arrivals[index] <= now_s
+
+    @property
+    def measured_s(self) -> float:
+        """When the next measurement was true, seconds from the start."""
+        return self._arrivals[len(self.fixes)] - self.lag_s
+
+    def report(self, position: Vector3, velocity: Vector3) -> tuple[Vector3, Vector3]:
+        """Measure a state (metres, m/s, ENU), and return what the receiver makes of it."""
+        index = len(self.fixes)
+        stamp = self._stamps[index]
+        x, y, z = _sum(position, self._position_noise[index])
+        u, v, w = _sum(velocity, self._velocity_noise[index])
+        latitude, longitude, altitude = pymap3d.enu2geodetic(x, y, z, *self._place)
+        measured = FixSample(
+            stamp, round(float(latitude), 7), round(float(longitude), 7), round(float(altitude), 3)
+        )
+        speed = VelocitySample(stamp, (round(u, 3) + 0.0, round(v, 3) + 0.0, round(w, 3) + 0.0))
+        self.measured_fixes.append(measured)
+        self.fixes.append(self._receiver.fix(measured))
+        self.velocities.append(self._receiver.velocity(speed))
+        return self._frame.enu(self.fixes[-1]), self.velocities[-1].velocity
+
+
+def _sum(one: Vector3, other: Vector3) -> Vector3:
+    return (one[0] + other[0], one[1] + other[1], one[2] + other[2])
+
+
+def geodetic(plan: FlightPlan, position: Array) -> list[Vector3]:
+    """Latitude and longitude (degrees, to 1e-9) and height (metres, to 0.1 mm) of ENU (n, 3)."""
+    place = plan.place
+    latitude, longitude, altitude = pymap3d.enu2geodetic(
+        *position.T, place.latitude_deg, place.longitude_deg, place.altitude_m
+    )
+    rows = zip(latitude.tolist(), longitude.tolist(), altitude.tolist(), strict=True)
+    return [(round(north, 9), round(east, 9), round(up, 4)) for north, east, up in rows]
