@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 
 from hijack_detect import __version__
+from hijack_detect.cli.analyze import analyze
 from hijack_detect.cli.common import PATH, BadInput
 from hijack_detect.cli.environment import add_own_prefix
 from hijack_detect.cli.inject import inject
@@ -69,6 +70,7 @@ def params(policy: str) -> None:
     click.echo(parameter_file(policy), nl=False)
 
 
+main.add_command(analyze)
 main.add_command(inject)
 main.add_command(simulate)
 

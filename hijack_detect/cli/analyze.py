@@ -1,0 +1,100 @@
+"""The command `hijack-detect analyze`."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from hijack_detect.cli.common import PATH, BadInput, find_scenario, progress
+from hijack_detect.evaluation.policies import POLICIES, load_parameters, policy_parameters
+from hijack_detect.streams.samples import NANOSECONDS
+
+if TYPE_CHECKING:
+    from hijack_detect.evaluation.analyse import Analysed
+
+EXIT_ALERT = 10
+STDOUT = Path("-")
+NO_ATTACK = "none"
+
+
+@click.command()
+@click.argument("bag", type=PATH)
+@click.option(
+    "--scenario",
+    metavar="NAME|FILE",
+    default=NO_ATTACK,
+    help="Attack to inject: a name of config/scenarios, or a file.",
+)
+@click.option("--policy", type=click.Choice(list(POLICIES)), default="default", show_default=True)
+@click.option("--params", type=PATH, help="Parameter file to use in place of the policy.")
+@click.option("--json", "json_file", type=PATH, help="Write the analysis as JSON; - for stdout.")
+@click.option("--report", type=PATH, metavar="DIR", help="Write a page with figures into DIR.")
+def analyze(
+    bag: Path,
+    scenario: str,
+    policy: str,
+    params: Path | None,
+    json_file: Path | None,
+    report: Path | None,
+) -> None:
+    """Say whether the GPS of a recorded flight was spoofed, when, and how that is known.
+
+    BAG is an mcap file or a rosbag2 folder. What is known of an attack is compared with: the
+    scenario's, /truth/fix and spoof_active in the bag, or label.json beside it. docs/
+    analysis.schema.json describes the JSON.
+
+    Exits with 0 if there was no alert, with 10 if there was one, and with 2 if the input cannot
+    be used.
+    """
+    from hijack_detect.cli.analyze_view import summary  # noqa: PLC0415  slow to load
+
+    try:
+        if report is not None:
+            report.mkdir(parents=True, exist_ok=True)
+        done = _analysed(bag, scenario, policy, params, report)
+        text = done.analysis.model_dump_json(indent=2)
+        if json_file is not None and json_file != STDOUT:
+            json_file.write_text(text + "\n", encoding="utf-8")
+    except (ValueError, ImportError) as error:
+        raise BadInput(str(error)) from error
+    except OSError as error:
+        raise BadInput(f"{error.filename}: {error.strerror}") from error
+    for line in done.run.rejected.lines():
+        click.echo(line, err=True)
+    if json_file == STDOUT:
+        click.echo(text.encode())
+    elif json_file is None:
+        summary(done.analysis)
+    sys.exit(EXIT_ALERT if done.analysis.alerts else 0)
+
+
+def _analysed(
+    bag: Path, scenario: str, policy: str, params: Path | None, report: Path | None
+) -> Analysed:
+    """Run the analysis, and write the report if one is wanted."""
+    from hijack_detect.bags.reader import BagReader  # noqa: PLC0415  slow to load
+    from hijack_detect.evaluation.analyse import analyse  # noqa: PLC0415
+    from hijack_detect.evaluation.report.recording import Recorder, recording  # noqa: PLC0415
+    from hijack_detect.streams.samples import FixSample, Sample  # noqa: PLC0415
+
+    parameters = policy_parameters(policy) if params is None else load_parameters(params)
+    attack = None if scenario == NO_ATTACK else find_scenario(scenario)
+    with BagReader(bag) as reader:
+        recorder = Recorder()
+        with progress(reader.path.name, reader.duration_s) as done_s:
+
+            def take(sample: Sample) -> None:
+                recorder.take(sample)
+                if isinstance(sample, FixSample):
+                    done_s((sample.stamp_ns - reader.start_ns) / NANOSECONDS)
+
+            done = analyse(reader, parameters, attack, on_sample=take, on_output=recorder.hear)
+        if report is not None:
+            from hijack_detect.evaluation.report.page import write_page  # noqa: PLC0415
+
+            page = write_page(report, done, recording(reader, recorder, injected=bool(attack)))
+            click.echo(f"report: {page}", err=True)
+    return done

@@ -1,0 +1,1 @@
+"""A page with figures of one analysed flight."""
