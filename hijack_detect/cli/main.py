@@ -11,6 +11,7 @@ from hijack_detect import __version__
 from hijack_detect.cli.analyze import analyze
 from hijack_detect.cli.common import PATH, BadInput
 from hijack_detect.cli.environment import add_own_prefix
+from hijack_detect.cli.evaluate import evaluate
 from hijack_detect.cli.inject import inject
 from hijack_detect.cli.simulate import simulate
 from hijack_detect.evaluation.manual import parameter_file
@@ -71,6 +72,7 @@ def params(policy: str) -> None:
 
 
 main.add_command(analyze)
+main.add_command(evaluate)
 main.add_command(inject)
 main.add_command(simulate)
 

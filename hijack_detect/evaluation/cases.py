@@ -52,6 +52,11 @@ class Case(Protocol):
         """Its class: `straight`, `curved`, `hijacked`, ..."""
         ...
 
+    @property
+    def injected(self) -> bool:
+        """Whether it is a recorded flight with an attack put in."""
+        ...
+
     def run(
         self,
         parameters: MonitorParameters,
@@ -79,6 +84,11 @@ class BagCase:
     name: str
     kind: str
     scenario: Scenario | None = None
+
+    @property
+    def injected(self) -> bool:
+        """See Case."""
+        return self.scenario is not None
 
     def run(
         self,
@@ -112,6 +122,11 @@ class SimulatedCase:
     plan: FlightPlan
     seed: int
     scenario: Scenario | None = None
+
+    @property
+    def injected(self) -> bool:
+        """See Case: the attack is part of this flight."""
+        return False
 
     def run(
         self,

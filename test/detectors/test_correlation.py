@@ -352,7 +352,7 @@ def test_without_a_turn_the_hardened_variant_judges_the_direction() -> None:
 def test_a_course_drawn_straight_does_not_correlate_with_a_turn(
     parameters: CorrelationParameters, state: State
 ) -> None:
-    """A fake track without noise turns by 1e-6 °/s: ρ is 1, which only the faithful one believes."""
+    """A fake track without noise turns by 1e-6 °/s: ρ is 1, only the faithful one believes it."""
     feed = Feed(CorrelationDetector(parameters))
 
     def yaw(t: float) -> float:

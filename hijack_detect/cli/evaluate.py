@@ -1,0 +1,156 @@
+"""The command `evaluate`: how good every method is on many flights."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from hijack_detect.cli.common import (
+    EXIT_BAD_INPUT,
+    PATH,
+    BadInput,
+    find_scenario,
+    progress,
+    refusing_bad_input,
+)
+from hijack_detect.evaluation.policies import POLICIES, load_parameters, policy_parameters
+
+if TYPE_CHECKING:
+    from hijack_detect.evaluation.cases import Case
+    from hijack_detect.evaluation.evaluate import Evaluation
+    from hijack_detect.evaluation.graph import MonitorParameters
+
+PROTOCOLS = ("feng2018", "feng2018_noisy")
+PAGE = "index.html"
+ONSETS = 5
+
+
+@click.command()
+@click.argument("corpus", type=PATH, required=False)
+@click.option("--protocol", type=click.Choice(PROTOCOLS), help="Simulated flights instead.")
+@click.option("--policy", type=click.Choice(list(POLICIES)), help="Parameter set [default].")
+@click.option("--params", type=PATH, help="ROS parameter file instead of a policy.")
+@click.option(
+    "--scenario", help="Attack the clean flights of CORPUS too: scenario file or its name."
+)
+@click.option("--onsets", type=click.IntRange(1, 1000), help="Attacks on each flight [5].")
+@click.option("--scale", type=click.IntRange(1, 200), help="Times as many simulated flights [1].")
+@click.option(
+    "--json", "json_file", type=PATH, help="Write all figures; '-' for stdout, without tables."
+)
+@click.option("--html", "html_folder", type=PATH, help="Write a page into this folder.")
+@click.option("--jobs", type=click.IntRange(1), help="Processes [one per core].")
+def evaluate(
+    corpus: Path | None,
+    protocol: str | None,
+    policy: str | None,
+    params: Path | None,
+    scenario: str | None,
+    onsets: int | None,
+    scale: int | None,
+    json_file: Path | None,
+    html_folder: Path | None,
+    jobs: int | None,
+) -> None:
+    """Run every flight below the folder CORPUS, or of a protocol, and judge every method.
+
+    A bag is hijacked or clean by the label.json beside it; without one it is clean, unless its
+    topics tell of an attack. With --scenario each clean flight is run again with that attack
+    injected, at onsets spread by chance (the same each time) over its forward flight. Protocol
+    feng2018 has 25 straight, 25 curved and 50 hijacked flights of the simulator; feng2018_noisy
+    is the same with the noise of a receiver on the fake fixes.
+
+    A clean flight is correct without any alarm, a hijacked one if the first alarm of the flight
+    lies inside the attack. Flights that cannot be read are told on stderr; the exit code is 2
+    only if none could be.
+    """
+    if (corpus is None) == (protocol is None):
+        raise click.UsageError("give either a folder of flights or --protocol")
+    if policy is not None and params is not None:
+        raise click.UsageError("give --policy or --params, not both")
+    if scale is not None and protocol is None:
+        raise click.UsageError("--scale goes with --protocol")
+    if scenario is not None and corpus is None:
+        raise click.UsageError("--scenario goes with a folder of flights")
+    if onsets is not None and scenario is None:
+        raise click.UsageError("--onsets goes with --scenario")
+    from hijack_detect.evaluation.corpus import corpus_cases  # noqa: PLC0415  slow to load
+    from hijack_detect.evaluation.evaluate import evaluate as run  # noqa: PLC0415
+    from hijack_detect.evaluation.protocols import PROTOCOLS as MADE  # noqa: PLC0415
+
+    with refusing_bad_input():
+        parameters, told = _parameters(policy, params)
+        cases: list[Case] = []
+        if protocol is not None:
+            cases += MADE[protocol](scale or 1)
+        elif corpus is not None:
+            attack = None if scenario is None else find_scenario(scenario)
+            cases += corpus_cases(corpus, attack, onsets or ONSETS)
+        _make_folders(json_file, html_folder)
+        with progress("flights", len(cases)) as done:
+            evaluation = run(
+                cases,
+                parameters,
+                source=_source(corpus, protocol, scale),
+                policy=told,
+                jobs=jobs or len(os.sched_getaffinity(0)),
+                on_done=done,
+            )
+    _report(evaluation, json_file, html_folder)
+    if not evaluation.flights:
+        sys.exit(EXIT_BAD_INPUT)
+
+
+def _parameters(policy: str | None, params: Path | None) -> tuple[MonitorParameters, str]:
+    """Parameters and what to call them."""
+    if params is not None:
+        return load_parameters(params), str(params)
+    name = policy or "default"
+    return policy_parameters(name), name
+
+
+def _source(corpus: Path | None, protocol: str | None, scale: int | None) -> str:
+    if protocol is None:
+        return str(corpus)
+    return protocol if scale in (None, 1) else f"{protocol} × {scale}"
+
+
+def _make_folders(json_file: Path | None, html_folder: Path | None) -> None:
+    """Find out before the flights run whether the results can be written."""
+    for folder in (None if json_file is None else json_file.parent, html_folder):
+        try:
+            if folder is not None:
+                folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise BadInput(f"{folder}: cannot be made: {error.strerror}") from error
+
+
+def _report(evaluation: Evaluation, json_file: Path | None, html_folder: Path | None) -> None:
+    from hijack_detect.cli.evaluate_view import tables  # noqa: PLC0415  slow to load
+
+    for flight in evaluation.failed:
+        click.echo(f"{flight.name}: {flight.reason}", err=True)
+    if html_folder is not None:
+        from hijack_detect.evaluation.evaluation_page import (  # noqa: PLC0415  plotly is slow
+            evaluation_page,
+        )
+
+        _write(html_folder / PAGE, evaluation_page(evaluation))
+    data = evaluation.model_dump_json(indent=2) + "\n"
+    if json_file == Path("-"):
+        click.echo(data, nl=False)
+        return
+    if json_file is not None:
+        _write(json_file, data)
+    tables(evaluation)
+
+
+def _write(path: Path, text: str) -> None:
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise BadInput(f"{path}: cannot be written: {error.strerror}") from error

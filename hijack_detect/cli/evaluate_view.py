@@ -1,0 +1,37 @@
+"""What the command `evaluate` prints."""
+
+from __future__ import annotations
+
+from rich.console import Console
+from rich.table import Table
+
+from hijack_detect.evaluation.evaluate import Evaluation
+from hijack_detect.evaluation.evaluation_tables import (
+    TextTable,
+    correct_table,
+    detection_table,
+    error_table,
+)
+
+
+def tables(evaluation: Evaluation) -> None:
+    """Print the tables on stdout."""
+    console = Console()
+    console.print(
+        f"{evaluation.source}, policy {evaluation.policy}: {len(evaluation.flights)} flights, "
+        f"{len(evaluation.failed)} could not be read",
+        highlight=False,
+    )
+    if evaluation.flights:
+        for table in (correct_table, error_table, detection_table):
+            console.print(drawn(table(evaluation)))
+
+
+def drawn(table: TextTable) -> Table:
+    """A table of the evaluation as rich draws it."""
+    drawn = Table(title=table.title, title_justify="left")
+    for number, name in enumerate(table.columns):
+        drawn.add_column(name, justify="right" if number else "left", no_wrap=not number)
+    for row in table.rows:
+        drawn.add_row(*row)
+    return drawn
