@@ -14,6 +14,7 @@ from hijack_detect.streams.samples import NANOSECONDS
 
 if TYPE_CHECKING:
     from hijack_detect.evaluation.analyse import Analysed
+    from hijack_detect.spoofing.scenario import Scenario
 
 EXIT_ALERT = 10
 STDOUT = Path("-")
@@ -28,6 +29,7 @@ NO_ATTACK = "none"
     default=NO_ATTACK,
     help="Attack to inject: a name of config/scenarios, or a file.",
 )
+@click.option("--onset", type=float, default=None, help="Move the attack to this second.")
 @click.option("--policy", type=click.Choice(list(POLICIES)), default="default", show_default=True)
 @click.option("--params", type=PATH, help="Parameter file to use in place of the policy.")
 @click.option("--json", "json_file", type=PATH, help="Write the analysis as JSON; - for stdout.")
@@ -35,6 +37,7 @@ NO_ATTACK = "none"
 def analyze(
     bag: Path,
     scenario: str,
+    onset: float | None,
     policy: str,
     params: Path | None,
     json_file: Path | None,
@@ -43,18 +46,21 @@ def analyze(
     """Say whether the GPS of a recorded flight was spoofed, when, and how that is known.
 
     BAG is an mcap file or a rosbag2 folder. What is known of an attack is compared with: the
-    scenario's, /truth/fix and spoof_active in the bag, or label.json beside it. docs/
-    analysis.schema.json describes the JSON.
+    scenario's, the ground truth's in the bag, or that of label.json beside it. The JSON is
+    described by docs/analysis.schema.json.
 
     Exits with 0 if there was no alert, with 10 if there was one, and with 2 if the input cannot
     be used.
     """
     from hijack_detect.cli.analyze_view import summary  # noqa: PLC0415  slow to load
 
+    if onset is not None and scenario == NO_ATTACK:
+        raise click.UsageError("--onset moves an attack, and there is none: give --scenario")
     try:
+        attack = None if scenario == NO_ATTACK else find_scenario(scenario, onset)
         if report is not None:
             report.mkdir(parents=True, exist_ok=True)
-        done = _analysed(bag, scenario, policy, params, report)
+        done = _analysed(bag, attack, policy, params, report)
         text = done.analysis.model_dump_json(indent=2)
         if json_file is not None and json_file != STDOUT:
             json_file.write_text(text + "\n", encoding="utf-8")
@@ -72,7 +78,7 @@ def analyze(
 
 
 def _analysed(
-    bag: Path, scenario: str, policy: str, params: Path | None, report: Path | None
+    bag: Path, attack: Scenario | None, policy: str, params: Path | None, report: Path | None
 ) -> Analysed:
     """Run the analysis, and write the report if one is wanted."""
     from hijack_detect.bags.reader import BagReader  # noqa: PLC0415  slow to load
@@ -81,7 +87,6 @@ def _analysed(
     from hijack_detect.streams.samples import FixSample, Sample  # noqa: PLC0415
 
     parameters = policy_parameters(policy) if params is None else load_parameters(params)
-    attack = None if scenario == NO_ATTACK else find_scenario(scenario)
     with BagReader(bag) as reader:
         recorder = Recorder()
         with progress(reader.path.name, reader.duration_s) as done_s:

@@ -108,6 +108,8 @@ class DateDetector:
         self._lag_ns = round(p.gps_lag_s * NANOSECONDS)
         self._window_ns = round(p.window_s * NANOSECONDS)
         self._window = WindowSums(self._window_ns, 3)
+        self._interval_ns = 0
+        """Time between the last two GPS velocities: what the newest difference covers."""
         self._persistence = Persistence(p.persist_s)
         self._watch = InputWatch(("attitude", "GPS velocity"))
         self._kept_ns = round((2 * p.max_gap_s + p.gps_lag_s) * NANOSECONDS)
@@ -156,9 +158,10 @@ class DateDetector:
             return None
         self._watch.see("GPS velocity", motion.stamp_ns)
         difference = None if previous is None else self._difference(previous, motion)
-        if difference is None:
+        if previous is None or difference is None:
             self._window.clear()
         else:
+            self._interval_ns = motion.stamp_ns - previous.stamp_ns
             self._window.add(motion.stamp_ns, difference.tolist())
         return self._verdict(motion.stamp_ns)
 
@@ -184,13 +187,18 @@ class DateDetector:
                 taken.append(sample)
         return taken
 
+    @property
+    def _covered_ns(self) -> int:
+        """Time that the differences in the window cover."""
+        return self._window.span_ns + self._interval_ns
+
     def _verdict(self, stamp_ns: int) -> Verdict:
         p = self._parameters
         lost = self._watch.lost(stamp_ns)
         if lost is not None:
             self._persistence.reset()
             return Verdict(self.NAME, stamp_ns, lost[0], 0.0, p.threshold, lost[1])
-        if self._window.span_ns < 0.8 * self._window_ns:
+        if not len(self._window) or self._covered_ns < 0.9 * self._window_ns:
             self._persistence.reset()
             reason = f"less than {p.window_s:g} s of attitude and GPS velocity"
             return Verdict(self.NAME, stamp_ns, State.NOT_READY, 0.0, p.threshold, reason)

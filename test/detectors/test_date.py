@@ -8,6 +8,8 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from hijack_detect.detectors.date import DateDetector, DateParameters
@@ -193,6 +195,22 @@ def test_not_ready_before_the_window_is_filled() -> None:
     verdicts = run(FAITHFUL, recording(6.0, nothing, nothing, tilted))
     assert [one.state for one in verdicts[:8]] == [State.NOT_READY] * 8
     assert {one.state for one in verdicts[11:]} == {State.NORMAL}
+
+
+@settings(deadline=None, max_examples=40)
+@given(st.floats(0.2, 6.0), st.integers(1, 10))
+def test_it_gets_ready_whatever_the_window_and_the_rate_of_the_gps(
+    window_s: float, every: int
+) -> None:
+    """A window that no number of GPS intervals fills would be a gate that never fires."""
+    sent = recording(12.0, nothing, nothing, tilted)
+    velocities = [entry for entry in sent if entry[0] == "velocity"]
+    kept = {id(entry) for entry in velocities[::every]}
+    thinned = [entry for entry in sent if entry[0] != "velocity" or id(entry) in kept]
+    parameters = replace(FAITHFUL, window_s=window_s, max_gap_s=3.0)
+    ready = [one for one in run(parameters, thinned) if one.state is State.NORMAL]
+    assert ready
+    assert ready[0].stamp_ns <= (window_s + 2 * 0.2 * every) * SECOND
 
 
 def test_not_ready_without_orientation() -> None:
