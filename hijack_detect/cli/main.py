@@ -14,6 +14,8 @@ from hijack_detect.cli.environment import add_own_prefix
 from hijack_detect.cli.evaluate import evaluate
 from hijack_detect.cli.inject import inject
 from hijack_detect.cli.simulate import simulate
+from hijack_detect.cli.sweep import sweep
+from hijack_detect.cli.tune import tune
 from hijack_detect.evaluation.manual import parameter_file
 from hijack_detect.evaluation.policies import POLICIES
 
@@ -75,6 +77,8 @@ main.add_command(analyze)
 main.add_command(evaluate)
 main.add_command(inject)
 main.add_command(simulate)
+main.add_command(sweep)
+main.add_command(tune)
 
 if __name__ == "__main__":
     main()

@@ -26,15 +26,31 @@ def parameter_file(policy: str) -> str:
     Raises:
         ParameterError: There is no such policy.
     """
-    chosen, defaults = policy_parameters(policy), MonitorParameters()
-    blocks = [HEADER.format(policy=policy)]
+    return manual(policy_parameters(policy), HEADER.format(policy=policy))
+
+
+def manual(chosen: MonitorParameters, header: str, *, changed_only: bool = False) -> str:
+    """The text of a parameter file.
+
+    Args:
+        chosen: The parameters.
+        header: Comment lines above everything, each with its line break.
+        changed_only: Leave out what has its default.
+    """
+    defaults = MonitorParameters()
+    blocks = [header]
     for node, name in NODE_FIELDS.items():
         values, plain = getattr(chosen, name), getattr(defaults, name)
+        if changed_only and values == plain:
+            continue
         summary = (type(values).__doc__ or "").strip().splitlines()[0]
         lines = [_comment(summary, 0), f"/**/{node}:", "  ros__parameters:"]
         for field in dataclasses.fields(values):
-            lines.append(_comment(_meaning(field, getattr(plain, field.name)), 4))
-            lines.append(f"    {field.name}: {json.dumps(getattr(values, field.name))}")
+            value, default = getattr(values, field.name), getattr(plain, field.name)
+            if changed_only and value == default:
+                continue
+            lines.append(_comment(_meaning(field, default), 4))
+            lines.append(f"    {field.name}: {json.dumps(value)}")
         blocks.append("\n".join(lines) + "\n")
     return "\n".join(blocks)
 
