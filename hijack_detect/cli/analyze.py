@@ -64,7 +64,7 @@ def analyze(
         text = done.analysis.model_dump_json(indent=2)
         if json_file is not None and json_file != STDOUT:
             json_file.write_text(text + "\n", encoding="utf-8")
-    except (ValueError, ImportError) as error:
+    except ValueError as error:
         raise BadInput(str(error)) from error
     except OSError as error:
         raise BadInput(f"{error.filename}: {error.strerror}") from error

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -19,8 +20,32 @@ from hijack_detect.cli.tune import tune
 from hijack_detect.evaluation.manual import parameter_file
 from hijack_detect.evaluation.policies import POLICIES
 
+ANALYSIS = ("matplotlib", "plotly", "scipy")
+"""What only the analysis of flights imports."""
 
-@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+
+class Commands(click.Group):
+    """The commands; says what to install where one needs a library that is optional."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run the command.
+
+        Raises:
+            BadInput: A library of the extra `analysis` is missing.
+        """
+        try:
+            return super().invoke(ctx)
+        except ModuleNotFoundError as error:
+            library = (error.name or "").split(".")[0]
+            if library not in ANALYSIS:
+                raise
+            raise BadInput(
+                f"this needs {library}, which is not installed; it comes with the extra "
+                "'analysis': pip install '.[analysis]'"
+            ) from error
+
+
+@click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__, prog_name="hijack-detect")
 def main() -> None:
     """Tell when a drone's GPS is being spoofed."""

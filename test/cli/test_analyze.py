@@ -148,3 +148,31 @@ def test_ctrl_c_ends_it_without_a_traceback() -> None:
     assert process.returncode in (1, 130)
     assert printed == ""
     assert told.strip() == "Aborted!"
+
+
+@pytest.mark.parametrize(
+    ("command", "library"),
+    [
+        (("analyze", STRAIGHT, "--report", "out"), "plotly"),
+        (("evaluate", ROOT / "bags"), "scipy"),
+    ],
+)
+def test_a_missing_library_of_the_analysis_is_named(
+    command: tuple[object, ...], library: str, tmp_path: Path
+) -> None:
+    without = (
+        "import sys; sys.modules.update(dict.fromkeys(('matplotlib', 'plotly', 'scipy')));"
+        "from hijack_detect.cli.main import main; main()"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", without, *map(str, command)],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=TIMEOUT_S,
+        check=False,
+    )
+    assert done.returncode == 2
+    assert f"this needs {library}" in done.stderr
+    assert "[analysis]" in done.stderr
+    assert "Traceback" not in done.stderr
