@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -45,6 +46,23 @@ def find_scenario(given: str, onset_s: float | None = None) -> Scenario:
     own = share_folder() / "config/scenarios" / f"{given}.yaml"
     scenario = load_scenario(own if own.is_file() else Path(given))
     return scenario if onset_s is None else scenario.moved_to(onset_s)
+
+
+def processes(jobs: int | None) -> int:
+    """How many processes to use: as asked, or one for each core that this one may use."""
+    return jobs or len(os.sched_getaffinity(0))
+
+
+def make_folder(path: Path) -> None:
+    """Make a folder to write into, if it is not there.
+
+    Raises:
+        BadInput: It cannot be made.
+    """
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise BadInput(f"{path}: cannot be made: {error.strerror}") from error
 
 
 def share_folder() -> Path:

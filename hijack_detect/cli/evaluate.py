@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,6 +13,8 @@ from hijack_detect.cli.common import (
     PATH,
     BadInput,
     find_scenario,
+    make_folder,
+    processes,
     progress,
     refusing_bad_input,
 )
@@ -90,14 +91,16 @@ def evaluate(
         elif corpus is not None:
             attack = None if scenario is None else find_scenario(scenario)
             cases += corpus_cases(corpus, attack, onsets or ONSETS)
-        _make_folders(json_file, html_folder)
+        for folder in (None if json_file is None else json_file.parent, html_folder):
+            if folder is not None:  # before the flights run
+                make_folder(folder)
         with progress("flights", len(cases)) as done:
             evaluation = run(
                 cases,
                 parameters,
                 source=_source(corpus, protocol, scale),
                 policy=told,
-                jobs=jobs or len(os.sched_getaffinity(0)),
+                jobs=processes(jobs),
                 on_done=done,
             )
     _report(evaluation, json_file, html_folder)
@@ -117,16 +120,6 @@ def _source(corpus: Path | None, protocol: str | None, scale: int | None) -> str
     if protocol is None:
         return str(corpus)
     return protocol if scale in (None, 1) else f"{protocol} × {scale}"
-
-
-def _make_folders(json_file: Path | None, html_folder: Path | None) -> None:
-    """Find out before the flights run whether the results can be written."""
-    for folder in (None if json_file is None else json_file.parent, html_folder):
-        try:
-            if folder is not None:
-                folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise BadInput(f"{folder}: cannot be made: {error.strerror}") from error
 
 
 def _report(evaluation: Evaluation, json_file: Path | None, html_folder: Path | None) -> None:

@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from hijack_detect.cli.common import EXIT_BAD_INPUT, PATH, BadInput, progress, refusing_bad_input
+from hijack_detect.cli.common import (
+    EXIT_BAD_INPUT,
+    PATH,
+    BadInput,
+    make_folder,
+    processes,
+    progress,
+    refusing_bad_input,
+)
 from hijack_detect.cli.evaluate import PROTOCOLS
 from hijack_detect.evaluation.policies import POLICIES, policy_parameters
 
@@ -52,18 +59,14 @@ def sweep(
         raise click.UsageError("give either a folder of flights, or --protocol and --scale")
     if what == ATTACK and (corpus is not None or protocol is not None):
         raise click.UsageError("attack makes its own flights: give no folder and no --protocol")
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise BadInput(f"{out}: cannot be made: {error.strerror}") from error
-    processes = jobs or len(os.sched_getaffinity(0))
+    make_folder(out)
     try:
         with refusing_bad_input():
             if what == ATTACK:
-                failed = _attack(out, policy or "default", scale or 1, processes)
+                failed = _attack(out, policy or "default", scale or 1, processes(jobs))
             else:
                 source = corpus or protocol or PROTOCOLS[0]
-                failed = _sweep(what, out, policy or "paper", source, scale or 1, processes)
+                failed = _sweep(what, out, policy or "paper", source, scale or 1, processes(jobs))
     except OSError as error:
         raise BadInput(f"{out}: cannot be written: {error.strerror}") from error
     for flight in failed:

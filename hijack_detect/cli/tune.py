@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import os
 from collections.abc import Callable
 from pathlib import Path
 
@@ -13,6 +12,7 @@ from hijack_detect.cli.common import (
     PATH,
     BadInput,
     find_scenario,
+    processes,
     progress,
     refusing_bad_input,
 )
@@ -75,7 +75,7 @@ def tune(
             policy_parameters(policy),
             per_hour=per_hour,
             scenarios=attacks,
-            jobs=jobs or len(os.sched_getaffinity(0)),
+            jobs=processes(jobs),
             progress=bar,
         )
     for failure in tuning.failures:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from command import hijack_detect
 from ros import ROOT
 
 from hijack_detect.bags.reader import BagReader
@@ -16,13 +15,8 @@ from hijack_detect.streams.samples import NANOSECONDS
 BAG = ROOT / "bags/straight_3"
 
 
-def inject(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "hijack_detect.cli.main", "inject", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
-
-
 def test_it_writes_a_bag_and_says_what(tmp_path: Path) -> None:
-    done = inject(BAG, tmp_path / "out", "--scenario", "jump", "--onset", "40")
+    done = hijack_detect("inject", BAG, tmp_path / "out", "--scenario", "jump", "--onset", "40")
     assert done.returncode == 0, done.stderr
     assert done.stderr == ""
     assert "fixes spoofed" in done.stdout
@@ -46,7 +40,7 @@ def test_bad_input_is_one_line_and_code_2(
     arguments: tuple[str | Path, ...], said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    done = inject(*arguments)
+    done = hijack_detect("inject", *arguments)
     assert done.returncode == 2
     assert said in done.stderr
     assert "Traceback" not in done.stderr

@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from command import hijack_detect
 
 from hijack_detect.evaluation.simulated_bag import make_bag
 from hijack_detect.simulation.plan import FlightPlan
-
-
-def sweep(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "hijack_detect.cli.main", "sweep", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
 
 
 @pytest.fixture(scope="module")
@@ -26,7 +20,7 @@ def corpus(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_it_writes_a_table_and_a_picture(corpus: Path, tmp_path: Path) -> None:
     (corpus / "broken.mcap").write_bytes(b"no bag")
-    done = sweep("mu", corpus, "-o", tmp_path / "new", "--jobs", "1")
+    done = hijack_detect("sweep", "mu", corpus, "-o", tmp_path / "new", "--jobs", "1")
     assert done.returncode == 0, done.stderr
     assert "broken.mcap" in done.stderr
     assert len(done.stderr.splitlines()) == 1
@@ -49,7 +43,7 @@ def test_it_writes_a_table_and_a_picture(corpus: Path, tmp_path: Path) -> None:
 )
 def test_what_it_refuses(arguments: tuple[str, ...], said: str, tmp_path: Path) -> None:
     out = () if "-o" in arguments else ("-o", tmp_path)
-    done = sweep(*arguments, *out)
+    done = hijack_detect("sweep", *arguments, *out)
     assert done.returncode == 2
     assert said in done.stderr
     assert "Traceback" not in done.stderr
@@ -58,6 +52,6 @@ def test_what_it_refuses(arguments: tuple[str, ...], said: str, tmp_path: Path) 
 
 def test_flights_that_all_cannot_be_read(tmp_path: Path) -> None:
     (tmp_path / "broken.mcap").write_bytes(b"no bag")
-    done = sweep("mu", tmp_path, "-o", tmp_path / "out")
+    done = hijack_detect("sweep", "mu", tmp_path, "-o", tmp_path / "out")
     assert done.returncode == 2
     assert "broken.mcap" in done.stderr

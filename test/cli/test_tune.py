@@ -3,22 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from command import hijack_detect
 from ros import ROOT
 
 from hijack_detect.evaluation.policies import load_parameters, policy_parameters
 from hijack_detect.evaluation.simulated_bag import make_bag
 from hijack_detect.simulation.plan import FlightPlan
 from hijack_detect.spoofing.scenario import load_scenario
-
-
-def tune(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "hijack_detect.cli.main", "tune", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
 
 
 @pytest.fixture(scope="module")
@@ -38,7 +32,7 @@ def corpus(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_it_writes_parameters_that_the_nodes_take(corpus: Path, tmp_path: Path) -> None:
     files = [tmp_path / "one.yaml", tmp_path / "two.yaml"]
     for file in files:
-        done = tune(corpus, "-o", file, "--scenario", "none", "--jobs", "1")
+        done = hijack_detect("tune", corpus, "-o", file, "--scenario", "none", "--jobs", "1")
         assert done.returncode == 0, done.stderr
         assert len(done.stderr.splitlines()) == 1
         assert "broken.mcap" in done.stderr
@@ -65,7 +59,7 @@ def test_it_writes_parameters_that_the_nodes_take(corpus: Path, tmp_path: Path) 
     ],
 )
 def test_what_it_refuses(arguments: tuple[str, ...], said: str) -> None:
-    done = tune(*arguments)
+    done = hijack_detect("tune", *arguments)
     assert done.returncode == 2
     assert said in done.stderr
     assert "Traceback" not in done.stderr
