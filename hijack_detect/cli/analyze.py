@@ -88,16 +88,18 @@ def _analysed(
 
     parameters = policy_parameters(policy) if params is None else load_parameters(params)
     with BagReader(bag) as reader:
-        recorder = Recorder()
+        recorder = None if report is None else Recorder()
         with progress(reader.path.name, reader.duration_s) as done_s:
 
             def take(sample: Sample) -> None:
-                recorder.take(sample)
+                if recorder is not None:
+                    recorder.take(sample)
                 if isinstance(sample, FixSample):
                     done_s((sample.stamp_ns - reader.start_ns) / NANOSECONDS)
 
-            done = analyse(reader, parameters, attack, on_sample=take, on_output=recorder.hear)
-        if report is not None:
+            hear = None if recorder is None else recorder.hear
+            done = analyse(reader, parameters, attack, on_sample=take, on_output=hear)
+        if report is not None and recorder is not None:
             from hijack_detect.evaluation.report.page import write_page  # noqa: PLC0415
 
             page = write_page(report, done, recording(reader, recorder, injected=bool(attack)))
