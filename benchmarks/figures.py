@@ -26,6 +26,7 @@ from hijack_detect.detectors.ins_position import InsPosition, InsPositionParamet
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.estimation.geodesy import LocalFrame
 from hijack_detect.estimation.rotation import heading
+from hijack_detect.evaluation.alarms import JUDGED
 from hijack_detect.evaluation.cases import SimulatedCase
 from hijack_detect.evaluation.policies import policy_parameters
 from hijack_detect.evaluation.protocols import feng2018
@@ -34,7 +35,6 @@ from hijack_detect.streams.samples import NANOSECONDS, FixSample
 
 PAPER = policy_parameters("paper")
 YAW, COURSE, ALARM = "tab:blue", "tab:orange", "tab:red"
-JUDGED = (State.NORMAL, State.SUSPICIOUS, State.ALARM)
 
 
 @dataclass(frozen=True)

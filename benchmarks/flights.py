@@ -11,7 +11,6 @@ stamp, which is its cause.
 
 from __future__ import annotations
 
-import math
 import re
 import statistics
 from collections import Counter
@@ -21,21 +20,19 @@ from pathlib import Path
 from typing import Any
 
 import click
-from scipy.stats import binomtest
 
 from hijack_detect.bags.reader import BagReader
-from hijack_detect.bags.samples import Rejected, read_samples
 from hijack_detect.detectors.verdict import State, Verdict
+from hijack_detect.evaluation.metrics import Proportion
 from hijack_detect.evaluation.offline import OfflineRun, run_offline
+from hijack_detect.evaluation.onsets import forward_flight
 from hijack_detect.evaluation.outcome import Attack, alert_is_right, changes, detector_outcome
 from hijack_detect.evaluation.policies import POLICIES, policy_parameters
 from hijack_detect.spoofing.scenario import load_scenario
-from hijack_detect.streams.samples import NANOSECONDS, VelocitySample
+from hijack_detect.streams.samples import NANOSECONDS
 
 SCENARIO = Path(__file__).parent.parent / "config/scenarios/turn_away_track.yaml"
 ATTACK_S = 30.0
-FORWARD_SPEED = 3.0
-PAUSE_S = 2.0
 CLEAN = "| flight | s | correlation alarms | DATE alarms | alert at s |\n|---|---|---|---|---|"
 ATTACKED = (
     "| flight | onset s | false before: correlation, DATE | correlation after | DATE after "
@@ -44,20 +41,10 @@ ATTACKED = (
 CAUSES = "| flight | false alarms | cause |\n|---|---|---|"
 
 
-def forward_flight(reader: BagReader) -> tuple[float, float]:
-    """Start and end of the longest flight above 3 m/s, s; stops under 2 s do not end it."""
-    best, begin, last = (0.0, 0.0), None, 0.0
-    topics = reader.inputs()
-    for _, sample in read_samples(reader, topics, on_rejected=Rejected().add):
-        if not isinstance(sample, VelocitySample):
-            continue
-        t = (sample.stamp_ns - reader.start_ns) / NANOSECONDS
-        if math.hypot(*sample.velocity[:2]) > FORWARD_SPEED:
-            if begin is None or t - last > PAUSE_S:
-                begin = t
-            last = t
-            best = max(best, (begin, last), key=lambda span: span[1] - span[0])
-    return best
+def longest_forward_flight(reader: BagReader) -> tuple[float, float]:
+    """Start and end of the longest forward flight, s."""
+    spans = forward_flight(reader)
+    return max(spans, key=lambda span: span[1] - span[0], default=(0.0, 0.0))
 
 
 def alert_of(run: OfflineRun) -> int | None:
@@ -97,7 +84,7 @@ def attacked_row(name: str, run: OfflineRun, attack: Attack) -> str:
 
 def attacks(name: str, reader: BagReader, policy: str) -> Iterator[tuple[str, float | None]]:
     """Line of each of the three attacks, and seconds from onset to alert if it was right."""
-    begin, end = forward_flight(reader)
+    begin, end = longest_forward_flight(reader)
     for third in range(3):
         onset = round(begin + third * (end - begin) / 3, 1)
         if onset + ATTACK_S > reader.duration_s:
@@ -137,10 +124,13 @@ def summary(times: list[float | None]) -> str:
     found = [time for time in times if time is not None]
     if not times or not found:
         return f"{len(found)} of {len(times)} attacks found."
-    interval = binomtest(len(found), len(times)).proportion_ci(method="exact")
+    part = Proportion.of(len(found), len(times))
+    assert part.ratio is not None
+    assert part.low is not None
+    assert part.high is not None
     return (
-        f"{len(found)} of {len(times)} attacks found ({100 * len(found) / len(times):.0f} %, "
-        f"95 % interval {100 * interval.low:.0f}–{100 * interval.high:.0f} %), after "
+        f"{part.count} of {part.total} attacks found ({100 * part.ratio:.0f} %, "
+        f"95 % interval {100 * part.low:.0f}–{100 * part.high:.0f} %), after "
         f"{statistics.median(found):.1f} s at the median and {max(found):.1f} s at most."
     )
 
