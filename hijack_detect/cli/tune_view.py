@@ -13,7 +13,6 @@ from hijack_detect.evaluation.manual import WIDTH, manual
 from hijack_detect.evaluation.metrics import (
     FlightOutcome,
     MethodSummary,
-    Proportion,
     Rate,
     summarise,
 )
@@ -155,12 +154,7 @@ def _cost(tuning: Tuning) -> TextTable:
 
 
 def _detected(summary: MethodSummary) -> tuple[str, str]:
-    return proportion(_found(summary)), spread(summary.time_to_detect_s)
-
-
-def _found(summary: MethodSummary) -> Proportion:
-    missed = summary.type_2
-    return Proportion.of(missed.total - missed.count, missed.total)
+    return proportion(summary.detected), spread(summary.time_to_detect_s)
 
 
 def _reached(tuning: Tuning, method: str) -> str:
@@ -169,8 +163,8 @@ def _reached(tuning: Tuning, method: str) -> str:
     if tuning.held_out:
         text = f"on flights that it was not chosen on, {_false_alarms(tuning.held_out, method)}"
     if tuning.attacked_after:
-        found = summarise(tuning.attacked_after, method)
-        text += f"; detects {_one_line(proportion(_found(found)))} of the attacks"
+        found = summarise(tuning.attacked_after, method).detected
+        text += f"; detects {_one_line(proportion(found))} of the attacks"
     return text
 
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hijack_detect.evaluation.cases import SimulatedCase
-from hijack_detect.evaluation.evaluate import HIJACKED, run_cases
+from hijack_detect.evaluation.cases import HIJACKED, SimulatedCase
+from hijack_detect.evaluation.evaluate import run_cases
 from hijack_detect.evaluation.graph import MonitorParameters
 from hijack_detect.evaluation.metrics import FlightOutcome, Proportion, summarise
 from hijack_detect.evaluation.parallel import Failure
@@ -126,6 +126,5 @@ def _carry_off(plan: FlightPlan, seed: int, speed: float, acceleration: float) -
 
 def _cell(method: str, size: tuple[float, float], flights: Sequence[FlightOutcome]) -> Cell:
     summary = summarise(flights, method)
-    missed, times = summary.type_2, summary.time_to_detect_s
-    detected = Proportion.of(missed.total - missed.count, missed.total)
-    return Cell(method, *size, detected, None if times is None else times.median)
+    times = summary.time_to_detect_s
+    return Cell(method, *size, summary.detected, None if times is None else times.median)

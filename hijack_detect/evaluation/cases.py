@@ -12,7 +12,7 @@ from hijack_detect.bags.reader import BagReader
 from hijack_detect.evaluation.graph import Baselines, Monitor, MonitorParameters
 from hijack_detect.evaluation.offline import OfflineRun, run_offline, run_samples
 from hijack_detect.evaluation.outcome import Attack
-from hijack_detect.evaluation.truth import known_attack, truth_track
+from hijack_detect.evaluation.truth import attack_times, known_attack, truth_track
 from hijack_detect.simulation.flight import Flight, generate_flight
 from hijack_detect.simulation.plan import FlightPlan
 from hijack_detect.spoofing.plane import separation_m
@@ -20,6 +20,8 @@ from hijack_detect.spoofing.scenario import Scenario
 from hijack_detect.spoofing.spoofer import Spoofer
 from hijack_detect.streams.samples import NANOSECONDS, Sample
 
+HIJACKED = "hijacked"
+"""The class of every attacked flight."""
 OnOutput = Callable[[str, Any], None]
 OnSample = Callable[[Sample], None]
 
@@ -71,6 +73,17 @@ class Case(Protocol):
             ValueError: The flight cannot be read or made; the text names it.
         """
         ...
+
+
+def class_of(case: Case, attack: Attack | None) -> str:
+    """The class of a flight, now that it is known whether it was attacked.
+
+    Raises:
+        ValueError: It is labelled as hijacked, and nothing says when.
+    """
+    if attack is None and case.kind == HIJACKED:
+        raise ValueError(f"{case.name}: is labelled as hijacked, but nothing says when")
+    return case.kind if attack is None else HIJACKED
 
 
 @dataclass(frozen=True)
@@ -147,11 +160,7 @@ class SimulatedCase:
         ]
         monitor = Monitor(parameters, baselines)
         run_samples(flight_samples(flight), monitor, run, on_sample=on_sample, on_output=on_output)
-        attack = None
-        if scenario is not None:
-            first, last = scenario.segments[0], scenario.segments[-1]
-            end = None if last.end_s is None else start_ns + round(last.end_s * NANOSECONDS)
-            attack = Attack(start_ns + round(first.start_s * NANOSECONDS), end)
+        attack = None if scenario is None else attack_times(scenario, start_ns)
         return CaseRun(run, attack, start_ns + round(self.plan.duration_s * NANOSECONDS))
 
 

@@ -7,13 +7,12 @@ from pathlib import Path
 
 from hijack_detect.bags.errors import BagError
 from hijack_detect.bags.files import METADATA
-from hijack_detect.evaluation.cases import BagCase
+from hijack_detect.evaluation.cases import HIJACKED, BagCase
 from hijack_detect.evaluation.onsets import attacked
 from hijack_detect.evaluation.truth import read_label
 from hijack_detect.spoofing.scenario import Scenario
 
 UNLABELLED = "unlabelled"
-HIJACKED = "hijacked"
 CLASSES = {"hijack": HIJACKED}
 """Kinds of labels that are called otherwise here."""
 

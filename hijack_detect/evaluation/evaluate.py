@@ -6,14 +6,12 @@ from collections.abc import Callable, Sequence
 from functools import partial
 
 from hijack_detect import __version__
-from hijack_detect.evaluation.cases import Case
+from hijack_detect.evaluation.cases import Case, class_of
 from hijack_detect.evaluation.graph import MonitorParameters
 from hijack_detect.evaluation.methods import BASELINES, Model, judge_case
 from hijack_detect.evaluation.metrics import FlightOutcome, MethodSummary, summarise
 from hijack_detect.evaluation.parallel import Failure, map_cases
 from hijack_detect.streams.samples import NANOSECONDS
-
-HIJACKED = "hijacked"
 
 
 class FailedFlight(Model):
@@ -51,8 +49,7 @@ def run_case(parameters: MonitorParameters, case: Case) -> FlightOutcome:
     """
     done = case.run(parameters, baselines=BASELINES)
     attack, start_ns = done.attack, done.run.start_ns
-    if attack is None and case.kind == HIJACKED:
-        raise ValueError(f"{case.name}: is labelled as hijacked, but nothing says when")
+    kind = class_of(case, attack)
 
     def seconds(stamp_ns: int) -> float:
         return (stamp_ns - start_ns) / NANOSECONDS
@@ -60,7 +57,7 @@ def run_case(parameters: MonitorParameters, case: Case) -> FlightOutcome:
     end_ns = None if attack is None else attack.end_ns
     return FlightOutcome(
         name=case.name,
-        kind=case.kind if attack is None else HIJACKED,
+        kind=kind,
         duration_s=seconds(done.end_ns),
         onset_s=None if attack is None else seconds(attack.onset_ns),
         attack_end_s=None if end_ns is None else seconds(end_ns),

@@ -75,7 +75,7 @@ def detection_table(evaluation: Evaluation) -> TextTable:
     rows = [
         (
             name,
-            str(summary.type_2.total - summary.type_2.count),
+            str(summary.detected.count),
             spread(summary.time_to_detect_s),
             spread(summary.deviation_m),
         )

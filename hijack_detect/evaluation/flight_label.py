@@ -62,6 +62,17 @@ def flight_label(name: str, flight: Flight, scenario: Scenario | None) -> dict[s
     }
 
 
+def attack_label(scenario: Scenario, end_s: float) -> dict[str, Any]:
+    """What is known of an attack before it is flown: kind, parameters, and when, in seconds."""
+    segments = scenario.segments
+    return {
+        "kind": "+".join(dict.fromkeys(segment.model.type for segment in segments)),
+        "params": {"segments": [one.model_dump(mode="json", by_alias=True) for one in segments]},
+        "t_start": segments[0].start_s,
+        "t_end": end_s,
+    }
+
+
 def _attack(flight: Flight, scenario: Scenario) -> dict[str, Any]:
     """Describe the attacks, and how far they took reports and vehicle apart."""
     segments = scenario.segments
@@ -73,11 +84,8 @@ def _attack(flight: Flight, scenario: Scenario) -> dict[str, Any]:
     attacked = (time >= start_s) & (time < end_s)
     away = np.linalg.norm(motion.position - motion.target, axis=1)[attacked]
     return {
-        "kind": "+".join(dict.fromkeys(segment.model.type for segment in segments)),
-        "params": {"segments": [one.model_dump(mode="json", by_alias=True) for one in segments]},
-        "t_start": start_s,
+        **attack_label(scenario, end_s),
         "t_ramp_end": min(_ramp_end_s(segments[-1]), end_s),
-        "t_end": end_s,
         "max_separation_h_m": round(horizontal, 1),
         "max_separation_v_m": round(vertical, 1),
         "max_deviation_m": round(float(away.max()), 1),

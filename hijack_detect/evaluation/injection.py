@@ -13,6 +13,7 @@ from hijack_detect.bags.reader import BagReader, RawMessage
 from hijack_detect.bags.samples import Rejected, Rejection
 from hijack_detect.bags.topics import TYPES
 from hijack_detect.bags.writer import BagWriter
+from hijack_detect.evaluation.flight_label import attack_label
 from hijack_detect.evaluation.message_spoofer import SPOOFED_INPUTS, MessageSpoofer
 from hijack_detect.evaluation.playback_topics import is_answer
 from hijack_detect.evaluation.truth import (
@@ -21,10 +22,8 @@ from hijack_detect.evaluation.truth import (
     SPOOF_ACTIVE,
     known_attack,
     read_label,
-    scenario_attack,
 )
 from hijack_detect.spoofing.scenario import Scenario
-from hijack_detect.streams.samples import NANOSECONDS
 
 
 @dataclass
@@ -70,7 +69,7 @@ def inject(
         BagError: The bag cannot be read, holds an attack already, or `out` cannot be written.
         ScenarioError: A segment lies outside the flight.
     """
-    attack = scenario_attack(scenario, reader)
+    scenario.check_within(reader.duration_s)
     if known_attack(reader).attack is not None:
         raise BagError(f"{reader.path}: holds an attack already; inject into a flight without one")
     names = {topic: name for name, topic in reader.inputs(preset).items()}
@@ -97,9 +96,7 @@ def inject(
                     writer.write_raw(SPOOF_ACTIVE, msgtype, raw.log_ns, flag)
             writer.write_raw(raw.topic, raw.msgtype, raw.log_ns, data)
             done.messages += 1
-    onset_s = (attack.onset_ns - reader.start_ns) / NANOSECONDS
-    end_ns = reader.end_ns if attack.end_ns is None else attack.end_ns
-    _write_label(reader, out, scenario, onset_s, (end_ns - reader.start_ns) / NANOSECONDS)
+    _write_label(reader, out, scenario)
     return done
 
 
@@ -130,21 +127,15 @@ def _message(reader: BagReader, raw: RawMessage, name: str) -> object:
     return reader.deserialize(raw)
 
 
-def _write_label(
-    reader: BagReader, out: Path, scenario: Scenario, onset_s: float, end_s: float
-) -> None:
+def _write_label(reader: BagReader, out: Path, scenario: Scenario) -> None:
     """Write the label of the copy: that of the original, with the attack."""
-    segments = [segment.model_dump(mode="json", by_alias=True) for segment in scenario.segments]
+    last = scenario.segments[-1]
+    end_s = reader.duration_s if last.end_s is None else last.end_s
     label = {
         **(read_label(reader.path) or {"route": "recorded", "duration": reader.duration_s}),
         "id": out.name,
         "kind": "hijack",
-        "attack": {
-            "kind": "+".join(dict.fromkeys(segment.model.type for segment in scenario.segments)),
-            "params": {"segments": segments},
-            "t_start": onset_s,
-            "t_end": end_s,
-        },
+        "attack": attack_label(scenario, end_s),
     }
     text = json.dumps(label, indent=1, ensure_ascii=False)
     (out / LABEL).write_text(text + "\n", encoding="utf-8")

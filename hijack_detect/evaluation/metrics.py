@@ -125,6 +125,11 @@ class MethodSummary(Model):
     deviation_m: Spread | None
     roc_area: float | None
 
+    @property
+    def detected(self) -> Proportion:
+        """Hijacked flights with a first alarm in the attack: those that are not of `type_2`."""
+        return Proportion.of(self.type_2.total - self.type_2.count, self.type_2.total)
+
 
 def summarise(flights: Sequence[FlightOutcome], method: str) -> MethodSummary:
     """Sum up one method over flights; classes are in the order in which they come up."""

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 
 from hijack_detect.evaluation.attack_map import Cell
-from hijack_detect.evaluation.evaluate import HIJACKED
+from hijack_detect.evaluation.cases import HIJACKED
 from hijack_detect.evaluation.sweeps import CLEAN, Curve, Sweep
 
 COLOURS = {HIJACKED: "#c23b22", CLEAN: "#1f5fa8"}

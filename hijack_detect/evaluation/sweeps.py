@@ -10,8 +10,7 @@ from functools import partial
 from hijack_detect.detectors.correlation import CorrelationDetector
 from hijack_detect.detectors.date import DateDetector
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.evaluation.cases import Case
-from hijack_detect.evaluation.evaluate import HIJACKED
+from hijack_detect.evaluation.cases import HIJACKED, Case, class_of
 from hijack_detect.evaluation.graph import MonitorParameters
 from hijack_detect.evaluation.metrics import Proportion
 from hijack_detect.evaluation.outcome import Attack, alert_is_right
@@ -23,8 +22,8 @@ from hijack_detect.evaluation.stage import Component
 CLEAN = "non-hijacked"
 """All classes but `hijacked` together."""
 CLAIMED = "hijacked, any alarm"
-"""Hijacked flights with an alarm at any time, before the onset too: what a judgement of whole
-flights, which does not ask when, counts as correct."""
+"""Hijacked flights with an alarm at any time, before the onset or after the attack too: what a
+judgement of whole flights, which does not ask when, counts as correct."""
 
 
 @dataclass(frozen=True)
@@ -156,9 +155,7 @@ def swept(parameters: MonitorParameters, what: Sweep, case: Case) -> SweptFlight
         ValueError: The flight cannot be read or made; the text names it.
     """
     flight = record_flight(case, parameters)
-    if flight.attack is None and case.kind == HIJACKED:
-        raise ValueError(f"{case.name}: is labelled as hijacked, but nothing says when")
-    kind = case.kind if flight.attack is None else HIJACKED
+    kind = class_of(case, flight.attack)
     alarms_ns = {
         method: tuple(
             _first_alarm_ns(verdicts)

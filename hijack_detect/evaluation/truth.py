@@ -119,9 +119,14 @@ def scenario_attack(scenario: Scenario, reader: BagReader) -> Attack:
         ScenarioError: A segment lies outside the flight.
     """
     scenario.check_within(reader.duration_s)
+    return attack_times(scenario, reader.start_ns)
+
+
+def attack_times(scenario: Scenario, start_ns: int) -> Attack:
+    """The same for a flight whose first message is at `start_ns`, which it is to fit into."""
     first, last = scenario.segments[0], scenario.segments[-1]
-    end = None if last.end_s is None else reader.start_ns + round(last.end_s * NANOSECONDS)
-    return Attack(reader.start_ns + round(first.start_s * NANOSECONDS), end)
+    end = None if last.end_s is None else start_ns + round(last.end_s * NANOSECONDS)
+    return Attack(start_ns + round(first.start_s * NANOSECONDS), end)
 
 
 def read_label(bag: Path) -> dict[str, Any] | None:

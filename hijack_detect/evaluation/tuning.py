@@ -17,8 +17,8 @@ from typing import TypeVar
 
 import numpy as np
 
-from hijack_detect.evaluation.cases import BagCase
-from hijack_detect.evaluation.evaluate import HIJACKED, run_case
+from hijack_detect.evaluation.cases import HIJACKED, BagCase
+from hijack_detect.evaluation.evaluate import run_case
 from hijack_detect.evaluation.graph import MonitorParameters
 from hijack_detect.evaluation.metrics import FlightOutcome
 from hijack_detect.evaluation.noise import middle_half

@@ -14,8 +14,7 @@ from hijack_detect.evaluation.attack_map import (
     attack_sizes,
 )
 from hijack_detect.evaluation.attack_map import csv_text as map_csv
-from hijack_detect.evaluation.cases import BagCase, SimulatedCase
-from hijack_detect.evaluation.evaluate import HIJACKED
+from hijack_detect.evaluation.cases import HIJACKED, BagCase, SimulatedCase
 from hijack_detect.evaluation.metrics import Proportion
 from hijack_detect.evaluation.outcome import alert_is_right
 from hijack_detect.evaluation.policies import policy_parameters
