@@ -87,7 +87,7 @@ endef
 
 $(RUNTIME):
 	@$(find_python); $(need_venv); \
-	echo "Installing ROS 2 Jazzy and the libraries into .venv (900 MB, about a minute)"; \
+	echo "Installing ROS 2 Jazzy and the libraries into .venv (650 MB, about a minute)"; \
 	rm -rf .venv && $$python -m venv .venv
 	@$(FROM_LOCK) -r requirements.txt
 	@touch $@
