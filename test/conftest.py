@@ -1,5 +1,6 @@
-"""Simulated flights with their samples in order of stamp, and no deadlines for Hypothesis."""
+"""Simulated flights with their samples in order of stamp; no deadlines, and Ctrl-C for everyone."""
 
+import signal
 from collections.abc import Callable
 from functools import lru_cache
 
@@ -12,6 +13,10 @@ from hijack_detect.streams.samples import Sample
 
 settings.register_profile("machines differ", deadline=None)
 settings.load_profile("machines differ")
+
+# A shell starts what it puts into the background with SIGINT ignored, and every program that the
+# tests start would inherit that.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 Sent = list[tuple[str, Sample]]
 INPUTS = ("imu", "fix", "velocity", "mag")
