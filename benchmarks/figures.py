@@ -26,11 +26,11 @@ from hijack_detect.detectors.ins_position import InsPosition, InsPositionParamet
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.estimation.geodesy import LocalFrame
 from hijack_detect.estimation.rotation import heading
-from hijack_detect.evaluation.alarms import JUDGED
-from hijack_detect.evaluation.cases import SimulatedCase
-from hijack_detect.evaluation.policies import policy_parameters
-from hijack_detect.evaluation.protocols import feng2018
-from hijack_detect.evaluation.recorded import Recorded, judge, record
+from hijack_detect.evaluation.analysis.alarms import JUDGED
+from hijack_detect.evaluation.monitor.policies import policy_parameters
+from hijack_detect.evaluation.trials.cases import SimulatedCase
+from hijack_detect.evaluation.trials.protocols import feng2018
+from hijack_detect.evaluation.trials.recorded import Recorded, judge, record
 from hijack_detect.streams.samples import NANOSECONDS, FixSample
 
 PAPER = policy_parameters("paper")

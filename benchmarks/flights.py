@@ -23,11 +23,16 @@ import click
 
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.evaluation.metrics import Proportion
-from hijack_detect.evaluation.offline import OfflineRun, run_offline
-from hijack_detect.evaluation.onsets import forward_flight
-from hijack_detect.evaluation.outcome import Attack, alert_is_right, changes, detector_outcome
-from hijack_detect.evaluation.policies import POLICIES, policy_parameters
+from hijack_detect.evaluation.ground_truth.outcome import (
+    Attack,
+    alert_is_right,
+    changes,
+    detector_outcome,
+)
+from hijack_detect.evaluation.monitor.offline import OfflineRun, run_offline
+from hijack_detect.evaluation.monitor.policies import POLICIES, policy_parameters
+from hijack_detect.evaluation.scores.metrics import Proportion
+from hijack_detect.evaluation.trials.onsets import forward_flight
 from hijack_detect.spoofing.scenario import load_scenario
 from hijack_detect.streams.samples import NANOSECONDS
 

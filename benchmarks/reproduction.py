@@ -17,8 +17,8 @@ from pathlib import Path
 
 import click
 
-from hijack_detect.evaluation.evaluate import Evaluation
-from hijack_detect.evaluation.evaluation_tables import (
+from hijack_detect.evaluation.scores.evaluate import Evaluation
+from hijack_detect.evaluation.scores.evaluation_tables import (
     TextTable,
     correct_table,
     detection_table,
@@ -28,8 +28,8 @@ from hijack_detect.evaluation.evaluation_tables import (
     proportion,
     spread,
 )
-from hijack_detect.evaluation.metrics import FlightOutcome, Proportion, Spread
-from hijack_detect.evaluation.protocols import TRACKS
+from hijack_detect.evaluation.scores.metrics import FlightOutcome, Proportion, Spread
+from hijack_detect.evaluation.trials.protocols import TRACKS
 
 FLIGHTS = "../shared/flights"
 FENG = ("--protocol", "feng2018", "--scale", "4")

@@ -19,9 +19,9 @@ from ros import ROOT, Graph, Listener, RosProcess
 from std_msgs.msg import Bool
 
 from hijack_detect.bags.reader import BagReader
-from hijack_detect.evaluation.graph import DETECTORS
-from hijack_detect.evaluation.offline import OfflineRun, run_offline
-from hijack_detect.evaluation.policies import policy_parameters
+from hijack_detect.evaluation.monitor.graph import DETECTORS
+from hijack_detect.evaluation.monitor.offline import OfflineRun, run_offline
+from hijack_detect.evaluation.monitor.policies import policy_parameters
 from hijack_detect.nodes.messages import fusion_message, verdict_message
 from hijack_detect.nodes.qos import STATE
 from hijack_detect.spoofing.scenario import load_scenario

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 import click
 
 from hijack_detect.cli.common import PATH, BadInput, find_scenario, progress
-from hijack_detect.evaluation.policies import POLICIES, load_parameters, policy_parameters
+from hijack_detect.evaluation.monitor.policies import POLICIES, load_parameters, policy_parameters
 from hijack_detect.streams.samples import NANOSECONDS
 
 if TYPE_CHECKING:
-    from hijack_detect.evaluation.analyse import Analysed
+    from hijack_detect.evaluation.analysis.analyse import Analysed
     from hijack_detect.spoofing.scenario import Scenario
 
 EXIT_ALERT = 10
@@ -82,8 +82,8 @@ def _analysed(
 ) -> Analysed:
     """Run the analysis, and write the report if one is wanted."""
     from hijack_detect.bags.reader import BagReader  # noqa: PLC0415  slow to load
-    from hijack_detect.evaluation.analyse import analyse  # noqa: PLC0415
-    from hijack_detect.evaluation.report.recording import Recorder, recording  # noqa: PLC0415
+    from hijack_detect.evaluation.analysis.analyse import analyse  # noqa: PLC0415
+    from hijack_detect.evaluation.analysis.report.recording import Recorder, recording  # noqa: PLC0415
     from hijack_detect.streams.samples import FixSample, Sample  # noqa: PLC0415
 
     parameters = policy_parameters(policy) if params is None else load_parameters(params)
@@ -100,7 +100,7 @@ def _analysed(
             hear = None if recorder is None else recorder.hear
             done = analyse(reader, parameters, attack, on_sample=take, on_output=hear)
         if report is not None and recorder is not None:
-            from hijack_detect.evaluation.report.page import write_page  # noqa: PLC0415
+            from hijack_detect.evaluation.analysis.report.page import write_page  # noqa: PLC0415
 
             page = write_page(report, done, recording(reader, recorder, injected=bool(attack)))
             click.echo(f"report: {page}", err=True)

@@ -6,8 +6,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from hijack_detect.evaluation.alarms import JUDGED
-from hijack_detect.evaluation.analysis import Analysis, DetectorAnalysis, Outcome
+from hijack_detect.evaluation.analysis.alarms import JUDGED
+from hijack_detect.evaluation.analysis.analysis import Analysis, DetectorAnalysis, Outcome
 
 STYLES = {
     Outcome.DETECTED: "bold green",

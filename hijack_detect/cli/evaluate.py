@@ -18,12 +18,12 @@ from hijack_detect.cli.common import (
     progress,
     refusing_bad_input,
 )
-from hijack_detect.evaluation.policies import POLICIES, load_parameters, policy_parameters
+from hijack_detect.evaluation.monitor.policies import POLICIES, load_parameters, policy_parameters
 
 if TYPE_CHECKING:
-    from hijack_detect.evaluation.cases import Case
-    from hijack_detect.evaluation.evaluate import Evaluation
-    from hijack_detect.evaluation.graph import MonitorParameters
+    from hijack_detect.evaluation.monitor.graph import MonitorParameters
+    from hijack_detect.evaluation.scores.evaluate import Evaluation
+    from hijack_detect.evaluation.trials.cases import Case
 
 PROTOCOLS = ("feng2018", "feng2018_noisy")
 PAGE = "index.html"
@@ -79,9 +79,9 @@ def evaluate(
         raise click.UsageError("--scenario goes with a folder of flights")
     if onsets is not None and scenario is None:
         raise click.UsageError("--onsets goes with --scenario")
-    from hijack_detect.evaluation.corpus import corpus_cases  # noqa: PLC0415  slow to load
-    from hijack_detect.evaluation.evaluate import evaluate as run  # noqa: PLC0415
-    from hijack_detect.evaluation.protocols import PROTOCOLS as MADE  # noqa: PLC0415
+    from hijack_detect.evaluation.scores.evaluate import evaluate as run  # noqa: PLC0415
+    from hijack_detect.evaluation.trials.corpus import corpus_cases  # noqa: PLC0415  slow to load
+    from hijack_detect.evaluation.trials.protocols import PROTOCOLS as MADE  # noqa: PLC0415
 
     with refusing_bad_input():
         parameters, told = _parameters(policy, params)
@@ -128,7 +128,7 @@ def _report(evaluation: Evaluation, json_file: Path | None, html_folder: Path | 
     for flight in evaluation.failed:
         click.echo(f"{flight.name}: {flight.reason}", err=True)
     if html_folder is not None:
-        from hijack_detect.evaluation.evaluation_page import (  # noqa: PLC0415  plotly is slow
+        from hijack_detect.evaluation.scores.evaluation_page import (  # noqa: PLC0415  plotly is slow
             evaluation_page,
         )
 

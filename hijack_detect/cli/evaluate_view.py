@@ -5,8 +5,8 @@ from __future__ import annotations
 from rich.console import Console
 from rich.table import Table
 
-from hijack_detect.evaluation.evaluate import Evaluation
-from hijack_detect.evaluation.evaluation_tables import (
+from hijack_detect.evaluation.scores.evaluate import Evaluation
+from hijack_detect.evaluation.scores.evaluation_tables import (
     TextTable,
     correct_table,
     detection_table,

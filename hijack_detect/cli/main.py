@@ -17,8 +17,8 @@ from hijack_detect.cli.inject import inject
 from hijack_detect.cli.simulate import simulate
 from hijack_detect.cli.sweep import sweep
 from hijack_detect.cli.tune import tune
-from hijack_detect.evaluation.manual import parameter_file
-from hijack_detect.evaluation.policies import POLICIES
+from hijack_detect.evaluation.monitor.manual import parameter_file
+from hijack_detect.evaluation.monitor.policies import POLICIES
 
 ANALYSIS = ("matplotlib", "plotly", "scipy")
 """What only the analysis of flights imports."""

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from hijack_detect.cli.common import PATH, find_scenario, refusing_bad_input
-from hijack_detect.evaluation.simulated_bag import OPTIONAL_INPUTS, make_bag
+from hijack_detect.evaluation.replay.simulated_bag import OPTIONAL_INPUTS, make_bag
 from hijack_detect.simulation.plan import ROUTES, FlightPlan
 
 

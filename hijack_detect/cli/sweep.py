@@ -18,10 +18,10 @@ from hijack_detect.cli.common import (
     refusing_bad_input,
 )
 from hijack_detect.cli.evaluate import PROTOCOLS
-from hijack_detect.evaluation.policies import POLICIES, policy_parameters
+from hijack_detect.evaluation.monitor.policies import POLICIES, policy_parameters
 
 if TYPE_CHECKING:
-    from hijack_detect.evaluation.parallel import Failure
+    from hijack_detect.evaluation.trials.parallel import Failure
 
 ATTACK = "attack"
 WHAT = ("epsilon", "mu", "window", ATTACK)
@@ -76,11 +76,11 @@ def sweep(
 def _sweep(
     what: str, out: Path, policy: str, source: Path | str, scale: int, jobs: int
 ) -> Sequence[Failure]:
-    from hijack_detect.evaluation.corpus import corpus_cases  # noqa: PLC0415  slow to load
-    from hijack_detect.evaluation.protocols import PROTOCOLS as MADE  # noqa: PLC0415
-    from hijack_detect.evaluation.sweep_plots import draw_curves  # noqa: PLC0415
-    from hijack_detect.evaluation.sweeps import SWEEPS, csv_text  # noqa: PLC0415
-    from hijack_detect.evaluation.sweeps import sweep as run  # noqa: PLC0415
+    from hijack_detect.evaluation.trials.corpus import corpus_cases  # noqa: PLC0415  slow to load
+    from hijack_detect.evaluation.trials.protocols import PROTOCOLS as MADE  # noqa: PLC0415
+    from hijack_detect.evaluation.tuning.sweep_plots import draw_curves  # noqa: PLC0415
+    from hijack_detect.evaluation.tuning.sweeps import SWEEPS, csv_text  # noqa: PLC0415
+    from hijack_detect.evaluation.tuning.sweeps import sweep as run  # noqa: PLC0415
 
     cases = MADE[source](scale) if isinstance(source, str) else corpus_cases(source)
     with progress("flights", len(cases)) as done:
@@ -99,7 +99,7 @@ def _sweep(
 
 
 def _attack(out: Path, policy: str, scale: int, jobs: int) -> Sequence[Failure]:
-    from hijack_detect.evaluation.attack_map import (  # noqa: PLC0415  slow to load
+    from hijack_detect.evaluation.tuning.attack_map import (  # noqa: PLC0415  slow to load
         ACCELERATIONS,
         FLIGHTS,
         SPEEDS,
@@ -107,7 +107,7 @@ def _attack(out: Path, policy: str, scale: int, jobs: int) -> Sequence[Failure]:
         attack_sizes,
         csv_text,
     )
-    from hijack_detect.evaluation.sweep_plots import draw_map  # noqa: PLC0415
+    from hijack_detect.evaluation.tuning.sweep_plots import draw_map  # noqa: PLC0415
 
     flights = FLIGHTS * scale
     with progress("flights", flights * len(attack_sizes(SPEEDS, ACCELERATIONS))) as done:

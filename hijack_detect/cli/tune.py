@@ -16,7 +16,7 @@ from hijack_detect.cli.common import (
     progress,
     refusing_bad_input,
 )
-from hijack_detect.evaluation.policies import POLICIES, policy_parameters
+from hijack_detect.evaluation.monitor.policies import POLICIES, policy_parameters
 
 SCENARIO = "turn_away_track"
 
@@ -56,8 +56,8 @@ def tune(
     the clean flights. Flights that cannot be read are told on stderr and left out.
     """
     from hijack_detect.cli.tune_view import told, written  # noqa: PLC0415  slow to load
-    from hijack_detect.evaluation.corpus import corpus_cases  # noqa: PLC0415
-    from hijack_detect.evaluation.tuning import tune as run  # noqa: PLC0415
+    from hijack_detect.evaluation.trials.corpus import corpus_cases  # noqa: PLC0415
+    from hijack_detect.evaluation.tuning.tuning import tune as run  # noqa: PLC0415
 
     if not out.parent.is_dir():
         raise BadInput(f"{out.parent}: is no folder; make it first")

@@ -8,17 +8,23 @@ from collections.abc import Sequence
 from rich.console import Console
 
 from hijack_detect.cli.evaluate_view import drawn
-from hijack_detect.evaluation.evaluation_tables import NONE, TextTable, proportion, rate, spread
-from hijack_detect.evaluation.manual import WIDTH, manual
-from hijack_detect.evaluation.metrics import (
+from hijack_detect.evaluation.monitor.manual import WIDTH, manual
+from hijack_detect.evaluation.scores.evaluation_tables import (
+    NONE,
+    TextTable,
+    proportion,
+    rate,
+    spread,
+)
+from hijack_detect.evaluation.scores.metrics import (
     FlightOutcome,
     MethodSummary,
     Rate,
     summarise,
 )
-from hijack_detect.evaluation.noise import middle_half
-from hijack_detect.evaluation.thresholds import TUNABLES, Choice, Kept
-from hijack_detect.evaluation.tuning import Tuning
+from hijack_detect.evaluation.tuning.noise import middle_half
+from hijack_detect.evaluation.tuning.thresholds import TUNABLES, Choice, Kept
+from hijack_detect.evaluation.tuning.tuning import Tuning
 
 METHODS = (*TUNABLES, "fusion")
 

@@ -31,10 +31,10 @@ from rosgraph_msgs.msg import Clock as ClockMessage
 from std_msgs.msg import Bool, Float64
 from std_srvs.srv import Trigger
 
-from hijack_detect.evaluation.playback import Outgoing, Playback
-from hijack_detect.evaluation.playback_parameters import ReplayParameters
-from hijack_detect.evaluation.playback_topics import TRUTH_TOPIC
-from hijack_detect.evaluation.player import Player, State, Tick
+from hijack_detect.evaluation.replay.playback import Outgoing, Playback
+from hijack_detect.evaluation.replay.playback_parameters import ReplayParameters
+from hijack_detect.evaluation.replay.playback_topics import TRUTH_TOPIC
+from hijack_detect.evaluation.replay.player import Player, State, Tick
 from hijack_detect.nodes.message_types import message_class
 from hijack_detect.nodes.messages import status, time_message
 from hijack_detect.nodes.parameters import current, declare

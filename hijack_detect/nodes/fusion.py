@@ -12,7 +12,7 @@ from std_msgs.msg import Bool, Float64
 from std_srvs.srv import Trigger
 
 from hijack_detect.detectors.fusion import Fusion, FusionParameters, FusionResult
-from hijack_detect.evaluation.graph import DETECTORS
+from hijack_detect.evaluation.monitor.graph import DETECTORS
 from hijack_detect.nodes.messages import fusion_message, status, verdict_from
 from hijack_detect.nodes.qos import INTERNAL, STATE
 from hijack_detect.nodes.running import run

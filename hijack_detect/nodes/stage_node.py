@@ -16,7 +16,7 @@ from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
-from hijack_detect.evaluation.stage import Component, Stage
+from hijack_detect.evaluation.monitor.stage import Component, Stage
 from hijack_detect.nodes.messages import status
 from hijack_detect.nodes.parameters import current, declare
 from hijack_detect.parameters import ParameterError, Parameters

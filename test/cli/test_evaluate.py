@@ -14,8 +14,8 @@ from ros import ROOT
 from small_bags import flight, write
 
 from hijack_detect.cli.evaluate import PROTOCOLS
-from hijack_detect.evaluation.evaluate import Evaluation
-from hijack_detect.evaluation.protocols import PROTOCOLS as MADE
+from hijack_detect.evaluation.scores.evaluate import Evaluation
+from hijack_detect.evaluation.trials.protocols import PROTOCOLS as MADE
 
 PROGRAM = Path(sys.executable).with_name("hijack-detect")
 SITL = ROOT.parent / "shared" / "flights" / "sitl"

@@ -11,8 +11,8 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from ros import domain, graph  # noqa: F401
 from small_bags import bag, scenario, stand_in  # noqa: F401
 
-from hijack_detect.evaluation.playback import Playback
-from hijack_detect.evaluation.playback_parameters import ReplayParameters
+from hijack_detect.evaluation.replay.playback import Playback
+from hijack_detect.evaluation.replay.playback_parameters import ReplayParameters
 
 
 @pytest.fixture

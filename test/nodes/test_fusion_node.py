@@ -14,7 +14,7 @@ from std_msgs.msg import Bool, Float64
 from std_srvs.srv import Trigger
 
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.evaluation.graph import DETECTORS
+from hijack_detect.evaluation.monitor.graph import DETECTORS
 from hijack_detect.nodes.messages import verdict_message
 from hijack_detect.nodes.qos import STATE
 

@@ -1,0 +1,220 @@
+"""Analyses a bag: runs it through the monitor and compares with what is known of an attack."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from hijack_detect.bags.reader import BagReader
+from hijack_detect.detectors.verdict import State, Verdict
+from hijack_detect.evaluation.analysis.alarms import (
+    JUDGED,
+    AlertSpan,
+    Span,
+    alert_spans,
+    state_spans,
+)
+from hijack_detect.evaluation.analysis.analysis import (
+    Alert,
+    Analysis,
+    DetectorAnalysis,
+    Interval,
+    Outcome,
+    Peak,
+    Spoof,
+)
+from hijack_detect.evaluation.analysis.sentence import sentence
+from hijack_detect.evaluation.ground_truth.outcome import Attack
+from hijack_detect.evaluation.ground_truth.truth import Source, known_attack, truth_track
+from hijack_detect.evaluation.monitor.graph import Monitor, MonitorParameters
+from hijack_detect.evaluation.monitor.offline import OfflineRun, run_samples, spoofed_samples
+from hijack_detect.spoofing.scenario import Scenario
+from hijack_detect.streams.samples import NANOSECONDS, Sample
+
+MONITOR = "monitor"
+"""Name of the fusion's spans."""
+
+
+@dataclass(frozen=True)
+class Analysed:
+    """An analysis, and what it was made from.
+
+    Attributes:
+        analysis: What is said of the flight.
+        run: Every verdict.
+        parameters: Parameters of the monitor.
+        attack: The attack, if one is known.
+        alerts: All alerts.
+        spans: The states of each detector, and of the fusion under `MONITOR`.
+        end_ns: Where the flight ends, nanoseconds.
+    """
+
+    analysis: Analysis
+    run: OfflineRun
+    parameters: MonitorParameters
+    attack: Attack | None
+    alerts: list[AlertSpan]
+    spans: dict[str, list[Span]]
+    end_ns: int
+
+    def seconds(self, stamp_ns: int) -> float:
+        """Seconds from the bag's first message to a stamp, to the microsecond."""
+        return _seconds(stamp_ns, self.run.start_ns)
+
+
+def analyse(
+    reader: BagReader,
+    parameters: MonitorParameters,
+    scenario: Scenario | None = None,
+    *,
+    on_sample: Callable[[Sample], None] | None = None,
+    on_output: Callable[[str, Any], None] | None = None,
+) -> Analysed:
+    """Analyse a bag.
+
+    Args:
+        reader: The bag.
+        parameters: Parameters of the monitor.
+        scenario: An attack to inject, if any.
+        on_sample: See `evaluation.offline.run_samples`.
+        on_output: See `evaluation.offline.run_samples`.
+
+    Raises:
+        BagError: The bag cannot be read, or its label is none.
+        ScenarioError: A segment lies outside the flight.
+    """
+    attack, source = known_attack(reader, scenario)
+    truth = truth_track(reader) if scenario is None else None
+    run, monitor = OfflineRun(reader.start_ns), Monitor(parameters)
+    samples = spoofed_samples(reader, scenario, run, truth=truth)
+    run_samples(samples, monitor, run, on_sample=on_sample, on_output=on_output)
+
+    end_ns = max(reader.end_ns, *(result.stamp_ns for result in run.results[-1:]), 0)
+    stale_ns = round(parameters.fusion.stale_s * NANOSECONDS)
+    said: dict[str, Any] = {MONITOR: run.results, **run.verdicts}
+    spans = {
+        name: state_spans(one, reader.start_ns, end_ns, stale_ns) for name, one in said.items()
+    }
+    alerts = alert_spans(run.results, end_ns)
+    hit = first_hit(alerts, attack)
+    outcome = outcome_of(alerts, attack, labelled=source is not None)
+
+    def seconds(stamp_ns: int) -> float:
+        return _seconds(stamp_ns, reader.start_ns)
+
+    draft = Analysis(
+        bag=str(reader.path),
+        start_ns=reader.start_ns,
+        duration_s=reader.duration_s,
+        scenario=None if scenario is None else scenario.source,
+        policy=parameters.fusion.policy,
+        outcome=outcome,
+        verdict="",
+        alerts=tuple(
+            Alert(
+                start_s=seconds(one.start_ns),
+                end_s=seconds(one.end_ns),
+                detectors=one.detectors,
+                confidence=one.confidence,
+                cause=one.cause,
+            )
+            for one in alerts
+        ),
+        detectors={
+            name: _detector(verdicts, spans[name], seconds)
+            for name, verdicts in run.verdicts.items()
+        },
+        judged_s=round(sum(one.seconds for one in spans[MONITOR] if one.state in JUDGED), 6),
+        spoof=_spoof(attack, source, run, seconds),
+        time_to_detect_s=(
+            None if hit is None or attack is None else _seconds(hit.start_ns, attack.onset_ns)
+        ),
+        deviation_at_alarm_m=(
+            None if hit is None or not run.separations else run.separation_at(hit.start_ns)
+        ),
+        skipped=skipped(run, monitor),
+    )
+    analysis = draft.model_copy(update={"verdict": sentence(draft)})
+    return Analysed(analysis, run, parameters, attack, alerts, spans, end_ns)
+
+
+def first_hit(alerts: list[AlertSpan], attack: Attack | None) -> AlertSpan | None:
+    """The first alert that began at or after the onset of the attack."""
+    if attack is None:
+        return None
+    return next((one for one in alerts if one.start_ns >= attack.onset_ns), None)
+
+
+def outcome_of(alerts: list[AlertSpan], attack: Attack | None, *, labelled: bool) -> Outcome:
+    """Judge the first alert; `labelled` says that a flight without attack is known to be clean."""
+    if attack is None:
+        if alerts:
+            return Outcome.FALSE_ALERT if labelled else Outcome.ALERT_UNLABELLED
+        return Outcome.NO_ATTACK_NO_ALERT if labelled else Outcome.NO_ALERT_UNLABELLED
+    if not alerts:
+        return Outcome.MISSED
+    if alerts[0].start_ns < attack.onset_ns:
+        return Outcome.FALSE_ALERT
+    ended = attack.end_ns is not None and alerts[0].start_ns >= attack.end_ns
+    return Outcome.LATE if ended else Outcome.DETECTED
+
+
+def skipped(run: OfflineRun, monitor: Monitor) -> dict[str, int]:
+    """Messages that were left out, by reason: refused for a value, or for their stamp.
+
+    Several parts may refuse the same sample for its stamp; it counts once.
+    """
+    counts = Counter(
+        {f"{topic}: {name} out of range": n for (topic, name), n in run.rejected.counts.items()}
+    )
+    for part in ("attitude", "course", "date"):
+        for reason, number in monitor.stages[part].refused.items():
+            counts[reason] = max(counts[reason], number)
+    return dict(sorted(counts.items()))
+
+
+def _detector(
+    verdicts: list[Verdict], spans: list[Span], seconds: Callable[[int], float]
+) -> DetectorAnalysis:
+    """Alarms, seconds in each state, and the largest margin of one detector."""
+    state_s = dict.fromkeys(State, 0.0)
+    for span in spans:
+        state_s[span.state] += span.seconds
+    told = [verdict for verdict in verdicts if verdict.state in JUDGED]
+    peak = max(told, key=lambda verdict: verdict.margin, default=None)
+    return DetectorAnalysis(
+        alarms=tuple(
+            Interval(start_s=seconds(span.start_ns), end_s=seconds(span.end_ns))
+            for span in spans
+            if span.state is State.ALARM
+        ),
+        state_s={state: round(seconds_in, 6) for state, seconds_in in state_s.items()},
+        largest_margin=(
+            None
+            if peak is None
+            else Peak(margin=peak.margin, at_s=seconds(peak.stamp_ns), reason=peak.reason)
+        ),
+    )
+
+
+def _spoof(
+    attack: Attack | None,
+    source: Source | None,
+    run: OfflineRun,
+    seconds: Callable[[int], float],
+) -> Spoof | None:
+    if attack is None or source is None:
+        return None
+    far = [metres for stamp_ns, metres in run.separations if stamp_ns >= attack.onset_ns]
+    return Spoof(
+        onset_s=seconds(attack.onset_ns),
+        end_s=None if attack.end_ns is None else seconds(attack.end_ns),
+        known_from=source,
+        largest_deviation_m=max(far, default=None),
+    )
+
+
+def _seconds(stamp_ns: int, since_ns: int) -> float:
+    return round((stamp_ns - since_ns) / NANOSECONDS, 6)

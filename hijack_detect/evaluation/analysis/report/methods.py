@@ -1,0 +1,133 @@
+"""The figures of the detectors: the quantities that they compare, and their margins."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from itertools import cycle
+
+import numpy as np
+
+from hijack_detect.detectors.verdict import Verdict
+from hijack_detect.evaluation.analysis.alarms import JUDGED
+from hijack_detect.evaluation.analysis.analyse import Analysed
+from hijack_detect.evaluation.analysis.report.recording import Curve, Recording
+from hijack_detect.evaluation.analysis.report.series import cut_at, emptiest_direction
+from hijack_detect.evaluation.analysis.report.style import (
+    BLUE,
+    DETECTOR_COLOURS,
+    GREY,
+    INK,
+    ORANGE,
+    TEAL,
+    Panel,
+    add_curve,
+    add_limit,
+    over_time,
+)
+
+MOST_LINEAR = 4.0
+"""Larger margins are drawn on a logarithmic axis, so that 1 stays visible."""
+LOWEST = 0.01
+"""Where a logarithmic axis begins."""
+
+
+def margins_panel(done: Analysed) -> Panel:
+    """Score over threshold of every detector."""
+    curves = {
+        name: _curve(done, verdicts, lambda verdict: verdict.margin)
+        for name, verdicts in done.run.verdicts.items()
+    }
+    highest = max(float(np.nanmax(curve.value, initial=0.0)) for curve in curves.values())
+    figure = over_time(done.analysis.duration_s, 270)
+    title = "Margins: score over threshold"
+    if highest > MOST_LINEAR:
+        title += ", logarithmic"
+        most = math.log10(1.3 * highest)
+        figure.update_yaxes(type="log", dtick=1, range=[math.log10(LOWEST), most])
+        curves = {
+            name: Curve(one.time_s, np.maximum(one.value, LOWEST)) for name, one in curves.items()
+        }
+    else:
+        figure.update_yaxes(range=[0.0, max(1.5, 1.1 * highest)])
+    for colour, (name, curve) in zip(cycle(DETECTOR_COLOURS), curves.items(), strict=False):
+        add_curve(figure, curve, name, colour, "")
+    add_limit(figure, 1.0, "threshold")
+    note = "Above 1 a detector calls the GPS spoofed. Gaps are times in which it cannot tell."
+    return Panel("margins", title, note, figure)
+
+
+def angles_panel(done: Analysed, recorded: Recording) -> Panel:
+    """Yaw and course."""
+    figure = over_time(done.analysis.duration_s)
+    cut = emptiest_direction(np.concatenate([recorded.yaw.value, recorded.course.value]))
+    add_curve(figure, cut_at(recorded.yaw, cut), "yaw (nose)", BLUE, "°")
+    add_curve(figure, cut_at(recorded.course, cut), "course over ground (GPS)", ORANGE, "°")
+    ticks = [angle for angle in range(-360, 361, 90) if cut - 360.0 <= angle <= cut]
+    figure.update_yaxes(
+        range=[cut - 360.0, cut],
+        tickvals=ticks,
+        ticktext=[f"{'NESW'[angle // 90 % 4]} {angle % 360}°" for angle in ticks],
+    )
+    note = "Degrees clockwise from North. The course is not known when the vehicle is slow."
+    return Panel("angles", "Yaw against course (°)", note, figure)
+
+
+def rho_panel(done: Analysed) -> Panel:
+    """Correlation of yaw and course."""
+    figure = over_time(done.analysis.duration_s, 220)
+    curve = _value(done, "correlation", "coefficient")
+    add_curve(figure, curve, "ρ", BLUE, "")
+    add_limit(figure, done.parameters.correlation.epsilon, "ε: turn together above", below=True)
+    figure.update_yaxes(range=[-1.08, 1.08], tickvals=[-1, -0.5, 0, 0.5, 1])
+    figure.update_layout(showlegend=False)
+    note = "Do yaw and course turn together? On a straight line there is no turn, and no ρ."
+    return Panel("rho", "Correlation ρ of yaw and course", note, figure)
+
+
+def difference_panel(done: Analysed) -> Panel:
+    """Difference of the mean directions, with and without the crab angle."""
+    figure = over_time(done.analysis.duration_s)
+    mean, crab = (_value(done, "correlation", key) for key in ("mean_difference", "crab_angle"))
+    raw = Curve(mean.time_s, np.degrees(mean.value))
+    judged = Curve(mean.time_s, (np.degrees(mean.value - crab.value) + 180.0) % 360.0 - 180.0)
+    add_curve(figure, raw, "course − yaw", GREY, "°", width=1.2)
+    if done.parameters.correlation.follow_s > 0.0:
+        add_curve(figure, judged, "without the usual crab angle (judged)", BLUE, "°")
+    mu = done.parameters.correlation.mu_deg
+    add_limit(figure, mu, f"μ {mu:g}°")
+    add_limit(figure, -mu, f"−μ {mu:g}°", below=True)
+    most = max(1.5 * mu, float(np.nanmax(np.abs([raw.value, judged.value]), initial=0.0)) * 1.08)
+    figure.update_yaxes(range=[-most, most], ticksuffix="°")
+    note = "Do yaw and course point together? Suspicious when outside ±μ while ρ is below ε."
+    return Panel("difference", "Δavg: mean course minus mean yaw (°)", note, figure)
+
+
+def acceleration_panel(done: Analysed) -> Panel:
+    """Difference of acceleration, GPS minus accelerometer."""
+    figure = over_time(done.analysis.duration_s)
+    ax, ay = (_value(done, "date", key) for key in ("delta_ax", "delta_ay"))
+    add_curve(figure, ax, "Δax (forward)", ORANGE, " m/s²", width=1.1)
+    add_curve(figure, ay, "Δay (left)", TEAL, " m/s²", width=1.1)
+    size = Curve(ax.time_s, np.hypot(ax.value, ay.value))
+    add_curve(figure, size, "Δa (horizontal)", INK, " m/s²", width=1.9)
+    threshold = done.parameters.date.threshold
+    add_limit(figure, threshold, f"threshold {threshold:g} m/s²")
+    note = "Does the acceleration of the GPS agree with what the accelerometer feels?"
+    return Panel("acceleration", "Δa: GPS minus accelerometer (m/s²)", note, figure)
+
+
+def _value(done: Analysed, detector: str, key: str) -> Curve:
+    """A figure of a detector's verdicts over time."""
+    verdicts = done.run.verdicts.get(detector, [])
+    return _curve(done, verdicts, lambda verdict: verdict.values.get(key, math.nan))
+
+
+def _curve(done: Analysed, verdicts: Sequence[Verdict], value: Callable[[Verdict], float]) -> Curve:
+    """A number of each verdict over time, NaN where the detector could not tell."""
+    return Curve(
+        np.array([done.seconds(verdict.stamp_ns) for verdict in verdicts]),
+        np.array(
+            [value(one) if one.state in JUDGED else math.nan for one in verdicts], dtype=float
+        ),
+    )

@@ -1,0 +1,1 @@
+"""What is known of a flight's attack from elsewhere, and whether an alert was right."""

@@ -1,0 +1,93 @@
+"""Parameter sets by name, and parameter files."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from hijack_detect.evaluation.monitor.graph import MonitorParameters
+from hijack_detect.parameters import ParameterError, Parameters
+
+NODE_FIELDS = {
+    "attitude_estimator": "attitude",
+    "gps_angle": "course",
+    "correlation_detector": "correlation",
+    "date_detector": "date",
+    "fusion": "fusion",
+}
+"""Node name to field of `MonitorParameters`."""
+
+POLICIES: Mapping[str, Mapping[str, Mapping[str, Any]]] = {
+    "default": {},
+    "paper": {
+        "attitude_estimator": {"use_mag": False},
+        "correlation_detector": {
+            "mu_deg": 10.0,
+            "min_sigma_deg": 0.0,
+            "persist_s": 0.0,
+            "course_lag_s": 0.0,
+            "follow_s": 0.0,
+            "max_heading_sigma_deg": 180.0,
+        },
+        "date_detector": {"gps_lag_s": 0.0, "persist_s": 0.0, "max_tilt_deg": 180.0},
+        "fusion": {"policy": "paper"},
+    },
+}
+"""What each policy sets differently from the defaults, by node."""
+
+
+def policy_parameters(name: str) -> MonitorParameters:
+    """Parameters of a policy.
+
+    Raises:
+        ParameterError: There is no such policy.
+    """
+    if name not in POLICIES:
+        raise ParameterError(f"no policy '{name}' (there are: {', '.join(POLICIES)})")
+    return from_nodes(POLICIES[name])
+
+
+def from_nodes(values: Mapping[str, Mapping[str, Any]]) -> MonitorParameters:
+    """Parameters from values by node name, defaults for the rest.
+
+    Raises:
+        ParameterError: A node or parameter is unknown, or a value is refused.
+    """
+    fields = {field.name: field for field in dataclasses.fields(MonitorParameters)}
+    made: dict[str, Parameters] = {}
+    for node, given in values.items():
+        if node not in NODE_FIELDS:
+            raise ParameterError(f"no node '{node}' (there are: {', '.join(NODE_FIELDS)})")
+        kind = fields[NODE_FIELDS[node]].default_factory
+        assert isinstance(kind, type) and issubclass(kind, Parameters)
+        try:
+            made[NODE_FIELDS[node]] = kind.from_mapping(given)
+        except ParameterError as error:
+            raise ParameterError(f"{node}: {error}") from error
+    return MonitorParameters(**made)  # type: ignore[arg-type]
+
+
+def load_parameters(path: Path) -> MonitorParameters:
+    """Read a ROS parameter file, as `--params-file` of the nodes takes it.
+
+    Raises:
+        ParameterError: The file cannot be read or sets something that is refused.
+    """
+    try:
+        document = yaml.safe_load(path.read_text(encoding="utf-8"))
+        given = {
+            node.strip("/").removeprefix("**/"): dict(body["ros__parameters"])
+            for node, body in (document or {}).items()
+        }
+    except OSError as error:
+        raise ParameterError(f"{path}: {error.strerror or error}") from error
+    except (yaml.YAMLError, AttributeError, KeyError, TypeError, ValueError) as error:
+        raise ParameterError(f"{path}: not a ROS parameter file: {error}") from error
+    try:
+        return from_nodes(given)
+    except ParameterError as error:
+        raise ParameterError(f"{path}: {error}") from error

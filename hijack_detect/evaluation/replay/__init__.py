@@ -1,0 +1,1 @@
+"""Bags in, messages or bags out: playback, injection, simulated bags."""

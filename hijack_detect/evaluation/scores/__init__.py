@@ -1,0 +1,1 @@
+"""How good each method was on many flights."""

@@ -1,0 +1,1 @@
+"""Many flights to judge methods on, and running them on several cores."""

@@ -1,0 +1,180 @@
+"""Flights to judge a method on: recorded or simulated, clean or attacked."""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+from hijack_detect.bags.reader import BagReader
+from hijack_detect.evaluation.ground_truth.outcome import Attack
+from hijack_detect.evaluation.ground_truth.truth import attack_times, known_attack, truth_track
+from hijack_detect.evaluation.monitor.graph import Baselines, Monitor, MonitorParameters
+from hijack_detect.evaluation.monitor.offline import OfflineRun, run_offline, run_samples
+from hijack_detect.simulation.flight import Flight, generate_flight
+from hijack_detect.simulation.plan import FlightPlan
+from hijack_detect.spoofing.plane import separation_m
+from hijack_detect.spoofing.scenario import Scenario
+from hijack_detect.spoofing.spoofer import Spoofer
+from hijack_detect.streams.samples import NANOSECONDS, Sample
+
+HIJACKED = "hijacked"
+"""The class of every attacked flight."""
+OnOutput = Callable[[str, Any], None]
+OnSample = Callable[[Sample], None]
+
+
+@dataclass(frozen=True)
+class CaseRun:
+    """One flight after its run.
+
+    Attributes:
+        run: What was said about it.
+        attack: The attack on it, None if it is clean.
+        end_ns: Stamp at which it ends, nanoseconds.
+    """
+
+    run: OfflineRun
+    attack: Attack | None
+    end_ns: int
+
+
+class Case(Protocol):
+    """One flight; it can be sent to another process."""
+
+    @property
+    def name(self) -> str:
+        """What it is called in reports."""
+        ...
+
+    @property
+    def kind(self) -> str:
+        """Its class: `straight`, `curved`, `hijacked`, ..."""
+        ...
+
+    @property
+    def injected(self) -> bool:
+        """Whether it is a recorded flight with an attack put in."""
+        ...
+
+    def run(
+        self,
+        parameters: MonitorParameters,
+        *,
+        baselines: Baselines | None = None,
+        on_sample: OnSample | None = None,
+        on_output: OnOutput | None = None,
+    ) -> CaseRun:
+        """Run it through the monitor.
+
+        Raises:
+            ValueError: The flight cannot be read or made; the text names it.
+        """
+        ...
+
+
+def class_of(case: Case, attack: Attack | None) -> str:
+    """The class of a flight, now that it is known whether it was attacked.
+
+    Raises:
+        ValueError: It is labelled as hijacked, and nothing says when.
+    """
+    if attack is None and case.kind == HIJACKED:
+        raise ValueError(f"{case.name}: is labelled as hijacked, but nothing says when")
+    return case.kind if attack is None else HIJACKED
+
+
+@dataclass(frozen=True)
+class BagCase:
+    """A flight in a bag, with a scenario to inject, if any.
+
+    The kind is `hijacked` for an attacked flight.
+    """
+
+    path: Path
+    name: str
+    kind: str
+    scenario: Scenario | None = None
+
+    @property
+    def injected(self) -> bool:
+        """See Case."""
+        return self.scenario is not None
+
+    def run(
+        self,
+        parameters: MonitorParameters,
+        *,
+        baselines: Baselines | None = None,
+        on_sample: OnSample | None = None,
+        on_output: OnOutput | None = None,
+    ) -> CaseRun:
+        """See Case."""
+        with BagReader(self.path) as reader:
+            attack, _ = known_attack(reader, self.scenario)
+            run = run_offline(
+                reader,
+                parameters,
+                self.scenario,
+                truth=truth_track(reader) if self.scenario is None else None,
+                baselines=baselines,
+                on_sample=on_sample,
+                on_output=on_output,
+            )
+            return CaseRun(run, attack, reader.end_ns)
+
+
+@dataclass(frozen=True)
+class SimulatedCase:
+    """A flight of the closed-loop simulator: the spoofed GPS steers the vehicle."""
+
+    name: str
+    kind: str
+    plan: FlightPlan
+    seed: int
+    scenario: Scenario | None = None
+
+    @property
+    def injected(self) -> bool:
+        """See Case: the attack is part of this flight."""
+        return False
+
+    def run(
+        self,
+        parameters: MonitorParameters,
+        *,
+        baselines: Baselines | None = None,
+        on_sample: OnSample | None = None,
+        on_output: OnOutput | None = None,
+    ) -> CaseRun:
+        """See Case."""
+        start_ns, scenario = self.plan.start_ns, self.scenario
+        receiver = None if scenario is None else Spoofer(scenario, start_ns)
+        flight = generate_flight(self.plan, self.seed, receiver)
+        run = OfflineRun(start_ns)
+        run.separations = [
+            (reported.stamp_ns, separation_m(measured, reported))
+            for measured, reported in zip(flight.measured_fixes, flight.fixes, strict=True)
+        ]
+        monitor = Monitor(parameters, baselines)
+        run_samples(flight_samples(flight), monitor, run, on_sample=on_sample, on_output=on_output)
+        attack = None if scenario is None else attack_times(scenario, start_ns)
+        return CaseRun(run, attack, start_ns + round(self.plan.duration_s * NANOSECONDS))
+
+
+def flight_samples(flight: Flight) -> Iterator[tuple[str, Sample]]:
+    """Input name and sample of a simulated flight, in order of stamp as a bag of it has them."""
+    inputs: dict[str, Iterable[Sample]] = {
+        "imu": flight.imu,
+        "fix": flight.fixes,
+        "velocity": flight.velocities,
+        "mag": flight.magnetics,
+    }
+
+    def stream(name: str) -> Iterator[tuple[int, str, Sample]]:
+        return ((sample.stamp_ns, name, sample) for sample in inputs[name])
+
+    for _, name, sample in heapq.merge(*map(stream, inputs), key=lambda entry: entry[0]):
+        yield name, sample

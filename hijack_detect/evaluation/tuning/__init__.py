@@ -1,0 +1,1 @@
+"""Thresholds from flights: noise, surveys, sweeps."""
