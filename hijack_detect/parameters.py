@@ -27,6 +27,7 @@ def param(
     low: float | None = None,
     high: float | None = None,
     choices: tuple[str, ...] = (),
+    fixed: bool = False,
 ) -> Any:
     """Declare one parameter as a dataclass field.
 
@@ -37,10 +38,18 @@ def param(
         low: Smallest allowed number.
         high: Largest allowed number.
         choices: The allowed strings.
+        fixed: Whether it cannot change while a node runs, where others can.
     """
     return dataclasses.field(
         default=default,
-        metadata={"doc": doc, "unit": unit, "low": low, "high": high, "choices": choices},
+        metadata={
+            "doc": doc,
+            "unit": unit,
+            "low": low,
+            "high": high,
+            "choices": choices,
+            "fixed": fixed,
+        },
     )
 
 

@@ -6,6 +6,7 @@ import math
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from hijack_detect.bags.reader import typestore
 from hijack_detect.streams.samples import (
@@ -17,6 +18,7 @@ from hijack_detect.streams.samples import (
     MagneticSample,
     Quaternion,
     Sample,
+    SatelliteSample,
     Vector3,
     VelocitySample,
 )
@@ -24,6 +26,9 @@ from hijack_detect.streams.samples import (
 BODY_FRAME = "base_link"
 GPS_FRAME = "gps"
 WORLD_FRAME = "map"
+UNKNOWN, APPROXIMATED = 0, 1
+"""Types of covariance of a NavSatFix."""
+VERTICAL_DILUTION = 1.5
 
 
 def encode_sample(sample: Sample) -> tuple[str, bytes]:
@@ -44,6 +49,8 @@ def encode_sample(sample: Sample) -> tuple[str, bytes]:
         return _imu(sample, sample.orientation, 0.0, sample.heading_variance)
     if isinstance(sample, FixSample):
         return _fix(sample)
+    if isinstance(sample, SatelliteSample):
+        return encode_count(sample.count)
     if isinstance(sample, VelocitySample):
         twist = _make(
             "geometry_msgs/msg/Twist",
@@ -128,9 +135,20 @@ def _fix(sample: FixSample) -> tuple[str, bytes]:
         latitude=latitude,
         longitude=longitude,
         altitude=altitude,
-        position_covariance=np.zeros(9),
-        position_covariance_type=0,
+        position_covariance=position_covariance(sample.accuracy_m),
+        position_covariance_type=UNKNOWN if sample.accuracy_m is None else APPROXIMATED,
     )
+
+
+def position_covariance(accuracy_m: float | None) -> npt.NDArray[np.float64]:
+    """Row-major covariance (9,) in m², ENU, of a claimed horizontal standard deviation.
+
+    The error of a height is taken as half as large again as that of East and North.
+    """
+    if accuracy_m is None:
+        return np.zeros(9)
+    up_m = VERTICAL_DILUTION * accuracy_m
+    return np.diag([accuracy_m**2, accuracy_m**2, up_m**2]).ravel()
 
 
 def _header(stamp_ns: int, frame: str) -> Any:

@@ -11,9 +11,16 @@ from pathlib import Path
 from hijack_detect.bags.errors import BagError
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.bags.topics import TYPES, TopicMap
-from hijack_detect.streams.messages import CONVERTERS, BadMessage, header_stamp_ns
+from hijack_detect.streams.headerless import SatelliteStamps
+from hijack_detect.streams.messages import (
+    CONVERTERS,
+    BadMessage,
+    header_stamp_ns,
+    satellite_count,
+)
 from hijack_detect.streams.samples import Sample
 
+FIX, SATELLITES = "fix", "satellites"
 _log = logging.getLogger(__name__)
 
 
@@ -25,7 +32,7 @@ class Rejection:
         path: The bag.
         topic: Topic of the message.
         log_ns: Log time of the message, nanoseconds.
-        stamp_ns: Header stamp of the message, nanoseconds.
+        stamp_ns: Header stamp of the message, nanoseconds; the log time where it has no header.
         reason: The refused field and its value.
     """
 
@@ -78,8 +85,9 @@ def read_samples(
 ) -> Iterator[tuple[str, Sample]]:
     """Yield input name and sample of every valid message, in order of log time.
 
-    Inputs without a converter in `streams.messages` are left out. A message with a value that no
-    sensor can mean is refused and the next one is read.
+    Inputs without a sample (the pressure) are left out. A message with a value that no sensor
+    can mean is refused and the next one is read. A number of satellites gets the stamp of its
+    fix from `SatelliteStamps`, so it follows after the next fix.
 
     Args:
         reader: The bag.
@@ -90,10 +98,13 @@ def read_samples(
     Raises:
         BagError: The bag is damaged, or a topic does not have the type of its input.
     """
-    names = {topic: name for name, topic in topic_map.items() if name in CONVERTERS}
+    names = {
+        topic: name for name, topic in topic_map.items() if name in CONVERTERS or name == SATELLITES
+    }
+    stamps = SatelliteStamps()
     summary = Rejected()
     reject = on_rejected or summary.add
-    for raw in reader.messages(names.keys()):
+    for place, raw in enumerate(reader.messages(names.keys())):
         name = names[raw.topic]
         if raw.msgtype != TYPES[name]:
             raise BagError(
@@ -102,11 +113,18 @@ def read_samples(
             )
         message = reader.deserialize(raw)
         try:
+            if name == SATELLITES:
+                for one in stamps.count(place, satellite_count(message)):
+                    yield name, one
+                continue
             sample = CONVERTERS[name](message)
         except BadMessage as error:
-            stamp_ns = header_stamp_ns(message)
+            stamp_ns = raw.log_ns if name == SATELLITES else header_stamp_ns(message)
             reject(Rejection(reader.path, raw.topic, raw.log_ns, stamp_ns, str(error)))
             continue
+        if name == FIX:
+            for one in stamps.fix(place, sample.stamp_ns):
+                yield SATELLITES, one
         yield name, sample
     for line in summary.lines():
         _log.warning("%s", line)

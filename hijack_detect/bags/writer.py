@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import shutil
 from pathlib import Path
 from types import TracebackType
@@ -81,6 +82,8 @@ class BagWriter:
         try:
             self._writer.close()
         except OSError as failure:
+            with contextlib.suppress(OSError):  # or the file stays open, and its room is taken
+                self._writer.abort()
             shutil.rmtree(self.path, ignore_errors=True)
             raise BagError(
                 f"{self.path}: cannot be finished ({failure}); make room and write it again"

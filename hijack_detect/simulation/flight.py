@@ -19,6 +19,7 @@ from hijack_detect.streams.samples import (
     ImuSample,
     MagneticSample,
     Quaternion,
+    SatelliteSample,
     VelocitySample,
 )
 
@@ -36,7 +37,7 @@ class Flight:
         fixes: GPS fixes as reported, 5 Hz, stamped on arrival.
         measured_fixes: What an honest receiver would have reported, with the stamps of `fixes`.
         velocities: GPS velocities as reported, with the stamps of the fixes.
-        satellites: Numbers of satellites, with the stamps of the fixes.
+        satellites: Numbers of satellites as reported, with the stamps of the fixes.
         magnetics: Magnetometer samples, 10 Hz.
         pressures: Static pressure in pascal, 10 Hz.
         truth_fixes: True positions, 10 Hz.
@@ -53,7 +54,7 @@ class Flight:
     fixes: list[FixSample]
     measured_fixes: list[FixSample]
     velocities: list[VelocitySample]
-    satellites: list[Reading]
+    satellites: list[SatelliteSample]
     magnetics: list[MagneticSample]
     pressures: list[Reading]
     truth_fixes: list[FixSample]
@@ -72,8 +73,8 @@ def generate_flight(plan: FlightPlan, seed: int, receiver: Receiver | None = Non
     Args:
         plan: What to fly.
         seed: A whole number, not negative.
-        receiver: Stands between the measured and the reported fixes and velocities; the autopilot
-            sees nothing else. None is an honest receiver.
+        receiver: Stands between what is measured and what is reported; the autopilot sees
+            nothing else of the GPS. None is an honest receiver.
 
     Raises:
         ValueError: The seed is negative.

@@ -12,7 +12,7 @@ from hijack_detect.simulation.conditions import Conditions
 from hijack_detect.simulation.noise import Array, gauss_markov
 from hijack_detect.simulation.plan import FlightPlan
 from hijack_detect.simulation.receiver import Receiver
-from hijack_detect.streams.samples import FixSample, Vector3, VelocitySample
+from hijack_detect.streams.samples import FixSample, SatelliteSample, Vector3, VelocitySample
 
 GPS_HZ = 5
 FIRST_S = 0.263
@@ -22,7 +22,7 @@ VERTICAL = 1.5
 
 
 class Reading(NamedTuple):
-    """A value with its stamp in nanoseconds: pascal, or a number of satellites."""
+    """A value with its stamp in nanoseconds."""
 
     stamp_ns: int
     value: float
@@ -38,7 +38,7 @@ class Gps:
         measured_fixes: What an honest receiver would have reported.
         fixes: What was reported.
         velocities: Reported velocities, with the stamps of the fixes.
-        satellites: Numbers of satellites, with the stamps of the fixes.
+        satellites: Reported numbers of satellites, with the stamps of the fixes.
     """
 
     def __init__(
@@ -69,12 +69,11 @@ class Gps:
             conditions.velocity_noise_m_s * rng.normal(size=size)
         ).tolist()
         counts = conditions.satellites + gauss_markov(rng.normal(size=size), 20.0, GPS_HZ)[:, 0]
-        self.satellites = [
-            Reading(*pair) for pair in zip(self._stamps, np.round(counts).tolist(), strict=True)
-        ]
+        self._counts = [round(count) for count in counts.tolist()]
         self.measured_fixes: list[FixSample] = []
         self.fixes: list[FixSample] = []
         self.velocities: list[VelocitySample] = []
+        self.satellites: list[SatelliteSample] = []
 
     def arrived(self, now_s: float) -> bool:
         """Whether the next measurement is there, `now_s` seconds after the start."""
@@ -100,6 +99,8 @@ class Gps:
         self.measured_fixes.append(measured)
         self.fixes.append(self._receiver.fix(measured))
         self.velocities.append(self._receiver.velocity(speed))
+        count = SatelliteSample(stamp, self._counts[index])
+        self.satellites.append(self._receiver.satellites(count))
         return self._frame.enu(self.fixes[-1]), self.velocities[-1].velocity
 
 

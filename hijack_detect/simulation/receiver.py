@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from hijack_detect.streams.samples import FixSample, VelocitySample
+from hijack_detect.streams.samples import FixSample, SatelliteSample, VelocitySample
 
 
 class Receiver(Protocol):
     """Turns what an honest receiver would have measured into what is reported.
 
-    It is given every sample in order of stamp, of one stamp the fix before the velocity.
+    It is given every sample in order of stamp, of one stamp the fix, then the velocity, then the
+    number of satellites.
     """
 
     def fix(self, sample: FixSample) -> FixSample:
@@ -19,6 +20,10 @@ class Receiver(Protocol):
 
     def velocity(self, sample: VelocitySample) -> VelocitySample:
         """Return the reported velocity (m/s, ENU) in place of a measured one."""
+        ...
+
+    def satellites(self, sample: SatelliteSample) -> SatelliteSample:
+        """Return the reported number of satellites in place of the true one."""
         ...
 
 
@@ -30,5 +35,9 @@ class HonestReceiver:
         return sample
 
     def velocity(self, sample: VelocitySample) -> VelocitySample:
+        """See Receiver."""
+        return sample
+
+    def satellites(self, sample: SatelliteSample) -> SatelliteSample:
         """See Receiver."""
         return sample

@@ -12,11 +12,11 @@ from typing import Protocol
 
 from hijack_detect.spoofing import schema
 from hijack_detect.spoofing.history import History, fix_between, velocity_between
-from hijack_detect.spoofing.offsets import Offset, make_offset
+from hijack_detect.spoofing.offsets import Offset
 from hijack_detect.spoofing.onset import Onset
 from hijack_detect.spoofing.plane import TangentPlane, moved, turned
-from hijack_detect.spoofing.tracks import Track, make_track
-from hijack_detect.streams.samples import NANOSECONDS, FixSample, VelocitySample
+from hijack_detect.spoofing.tracks import Track
+from hijack_detect.streams.samples import FixSample, SatelliteSample, VelocitySample
 
 
 class Attack(Protocol):
@@ -32,6 +32,10 @@ class Attack(Protocol):
         """Return the reported velocity for a true one; `before` is the last older true fix."""
         ...
 
+    def satellites(self, true: SatelliteSample, t_s: float) -> SatelliteSample:
+        """Return the reported number of satellites; the true one unless an attack forges it."""
+        return true
+
 
 @dataclasses.dataclass(frozen=True)
 class Recording:
@@ -42,34 +46,7 @@ class Recording:
     velocities: History[VelocitySample]
 
 
-def record(model: schema.Replay, start_s: float, start_ns: int, end_ns: int | None) -> Recording:
-    """Prepare the recording for a replay; feed it every true sample from the first on."""
-    lag_ns = round((start_s - model.from_s) * NANOSECONDS)
-    until_ns = None if end_ns is None else end_ns - lag_ns
-    return Recording(
-        lag_ns, History(start_ns - lag_ns, until_ns), History(start_ns - lag_ns, until_ns)
-    )
-
-
-def make_attack(segment: schema.Segment, onset: Onset, recording: Recording | None) -> Attack:
-    """Build the attack of a segment for the vehicle's state at onset.
-
-    Raises:
-        ValueError: A replay has no recording.
-    """
-    model = segment.model
-    if isinstance(model, schema.Replay):
-        if recording is None:
-            raise ValueError("a replay needs a recording")
-        return ReplayAttack(recording)
-    if isinstance(model, schema.Freeze):
-        return FreezeAttack(model, onset)
-    if isinstance(model, schema.FakeTrack | schema.TurnAway):
-        return TrackAttack(make_track(model, onset), onset)
-    return OffsetAttack(make_offset(model, onset.course), onset)
-
-
-class OffsetAttack:
+class OffsetAttack(Attack):
     """Reports the true motion plus an offset; a horizontal offset leaves the altitude alone."""
 
     def __init__(self, offset: Offset, onset: Onset) -> None:
@@ -108,7 +85,7 @@ class OffsetAttack:
         )
 
 
-class TrackAttack:
+class TrackAttack(Attack):
     """Reports a track that starts where the vehicle was at onset."""
 
     def __init__(self, track: Track, onset: Onset) -> None:
@@ -142,7 +119,7 @@ class TrackAttack:
         return dataclasses.replace(true, velocity=(velocity[0], velocity[1], up))
 
 
-class FreezeAttack:
+class FreezeAttack(Attack):
     """Reports the last position, and the last velocity unless the model says otherwise."""
 
     def __init__(self, model: schema.Freeze, onset: Onset) -> None:
@@ -155,7 +132,7 @@ class FreezeAttack:
         """See Attack."""
         if self._fix is None:
             self._fix = true
-        return dataclasses.replace(self._fix, stamp_ns=true.stamp_ns)
+        return _at(self._fix, true)
 
     def velocity(
         self, true: VelocitySample, t_s: float, before: FixSample | None
@@ -170,7 +147,7 @@ class FreezeAttack:
         return dataclasses.replace(true, velocity=self._velocity.velocity)
 
 
-class ReplayAttack:
+class ReplayAttack(Attack):
     """Reports what was true a fixed time earlier, interpolated between the recorded samples.
 
     Where nothing was recorded yet the sample passes as it is.
@@ -185,7 +162,7 @@ class ReplayAttack:
         found = self._recording.fixes.around(true.stamp_ns - self._recording.lag_ns)
         if found is None:
             return true
-        return dataclasses.replace(fix_between(*found), stamp_ns=true.stamp_ns)
+        return _at(fix_between(*found), true)
 
     def velocity(
         self, true: VelocitySample, t_s: float, before: FixSample | None
@@ -195,3 +172,8 @@ class ReplayAttack:
         if found is None:
             return true
         return dataclasses.replace(true, velocity=velocity_between(*found))
+
+
+def _at(place: FixSample, true: FixSample) -> FixSample:
+    """The true fix at another place; what the receiver says of its accuracy stays."""
+    return moved(true, (place.latitude_deg, place.longitude_deg), place.altitude_m)

@@ -9,9 +9,8 @@ from __future__ import annotations
 import math
 from typing import Protocol
 
-import numpy as np
-
 from hijack_detect.spoofing import schema
+from hijack_detect.spoofing.draws import generator
 from hijack_detect.streams.samples import Vector3
 
 _POSITION_STREAM, _VELOCITY_STREAM = 0, 1
@@ -112,10 +111,7 @@ class AltitudeOffset:
 
 
 class JitterOffset:
-    """White noise that depends on seed and stamp only.
-
-    A dropped or repeated message therefore changes no other, and live and offline agree.
-    """
+    """White noise that depends on seed and stamp only."""
 
     def __init__(self, model: schema.Jitter) -> None:
         """Keep the model."""
@@ -135,10 +131,8 @@ class JitterOffset:
         return (self._model.sigma_m_s * east, self._model.sigma_m_s * north, 0.0)
 
     def _normal(self, stamp_ns: int, stream: int) -> Vector3:
-        generator = np.random.Generator(
-            np.random.PCG64([self._model.seed, abs(stamp_ns), int(stamp_ns < 0), stream])
-        )
-        east, north, up = generator.standard_normal(3).tolist()
+        draws = generator(self._model.seed, stamp_ns, stream)
+        east, north, up = draws.standard_normal(3).tolist()
         return (east, north, up)
 
 

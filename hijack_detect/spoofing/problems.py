@@ -137,13 +137,15 @@ def _unknown_key(key: str, holder: type[BaseModel]) -> str:
 
 
 def _key(loc: list[int | str]) -> str:
-    """A place below a part of the file; the rows of a fake track by number and column."""
+    """A place below a part of the file; entries of a list by number, from 1."""
     words = [str(loc[0])]
     for depth, step in enumerate(loc[1:]):
         if loc[0] == "positions" and depth == 0 and isinstance(step, int):
             words.append(f"row {step + 1}")
         elif loc[0] == "positions" and isinstance(step, int):
             words.append(_COLUMNS[step] if step < len(_COLUMNS) else f"number {step + 1}")
+        elif isinstance(step, int):
+            words.append(f"number {step + 1}")
         else:
             words.append(str(step))
     return words[0] + (f": {', '.join(words[1:])}" if len(words) > 1 else "")

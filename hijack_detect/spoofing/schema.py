@@ -7,33 +7,29 @@ reads off a map; everything after this file is in metres, radians and ENU.
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal, TypeAlias
+from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, Strict, model_validator
+from pydantic import BeforeValidator, Field, Strict, model_validator
 
+from hijack_detect.spoofing.forge_schema import Forge
+from hijack_detect.spoofing.schema_types import (
+    MAX_DISTANCE_M,
+    BearingDeg,
+    Flag,
+    Number,
+    Row,
+    Seed,
+    Strictly,
+    Text,
+    TimeS,
+)
 from hijack_detect.streams.messages import MAX_SPEED
 
-MAX_TIME_S = 1_000_000.0
-"""Latest time in a scenario; no battery lasts eleven days."""
-MAX_DISTANCE_M = 1_000_000.0
 MAX_POSITIONS = 100_000
 MIN_STEP_S = 0.001
 """Shortest time between two positions of a fake track."""
 MIN_MATCHED_SPEED = 0.1
 """m/s; a track that starts slower than this cannot be scaled to the vehicle's speed."""
-
-Number = Annotated[float, Strict()]
-Flag = Annotated[bool, Strict()]
-Text = Annotated[str, Strict(), Field(max_length=200)]
-TimeS = Annotated[Number, Field(ge=0.0, le=MAX_TIME_S)]
-BearingDeg = Annotated[Number, Field(ge=-360.0, le=360.0)]
-Row: TypeAlias = tuple[Number, ...]
-
-
-class Strictly(BaseModel):
-    """Base of every part of a scenario: no unknown keys, no NaN, no later changes."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class Jump(Strictly):
@@ -169,13 +165,13 @@ class Jitter(Strictly):
 
     type: Literal["jitter"]
     sigma_m: Number = Field(ge=0.0, le=100_000.0, description="East and North each, metres")
-    seed: Annotated[int, Strict()] = Field(ge=0, le=2**63 - 1, description="seed of the noise")
+    seed: Seed = Field(description="seed of the noise")
     vertical_sigma_m: Number = Field(0.0, ge=0.0, le=10_000.0, description="altitude, metres")
     sigma_m_s: Number = Field(0.0, ge=0.0, le=100.0, description="East and North velocity, m/s")
 
 
 Model = Annotated[
-    Jump | Drift | FakeTrack | TurnAway | Replay | Freeze | Altitude | Jitter,
+    Jump | Drift | FakeTrack | TurnAway | Replay | Freeze | Altitude | Jitter | Forge,
     Field(discriminator="type"),
 ]
 MODELS: dict[str, type[Strictly]] = {
@@ -187,6 +183,7 @@ MODELS: dict[str, type[Strictly]] = {
     "freeze": Freeze,
     "altitude": Altitude,
     "jitter": Jitter,
+    "forge": Forge,
 }
 """Every attack model by the word that selects it."""
 

@@ -6,23 +6,24 @@ import bisect
 from collections import deque
 
 from hijack_detect.spoofing import schema
-from hijack_detect.spoofing.attacks import Attack, Recording, make_attack, record
+from hijack_detect.spoofing.attacks import Attack, Recording
+from hijack_detect.spoofing.making import make_attack, record
 from hijack_detect.spoofing.onset import last_before, onset_at
 from hijack_detect.spoofing.plane import separation_m
 from hijack_detect.spoofing.scenario import Scenario
-from hijack_detect.streams.samples import NANOSECONDS, FixSample, VelocitySample
+from hijack_detect.streams.samples import NANOSECONDS, FixSample, SatelliteSample, VelocitySample
 
-_RECENT = 8
+RECENT = 8
 """True samples kept for the onset: two before it are needed, and some may share its stamp."""
 
 
 class Spoofer:
-    """Turns true fixes and velocities into reported ones.
+    """Turns true fixes, velocities and numbers of satellites into reported ones.
 
-    Give it every true sample in the order of stamps; a fix and a velocity with the same stamp may
-    come in either order, and there may be no velocities at all. Outside the segments, and for
-    fixes without a position, the same object comes back. A segment holds from its start,
-    inclusive, to its end, exclusive, both compared with header stamps.
+    Give it every true sample in the order of stamps; samples of different kinds with the same
+    stamp may come in any order, and there may be no velocities and no numbers at all. Outside the
+    segments, and for fixes without a position, the same object comes back. A segment holds from
+    its start, inclusive, to its end, exclusive, both compared with header stamps.
     """
 
     def __init__(self, scenario: Scenario, first_stamp_ns: int) -> None:
@@ -44,8 +45,8 @@ class Spoofer:
             if isinstance(segment.model, schema.Replay)
         }
         self._running: tuple[int, Attack] | None = None
-        self._fixes: deque[FixSample] = deque(maxlen=_RECENT)
-        self._velocities: deque[VelocitySample] = deque(maxlen=_RECENT)
+        self._fixes: deque[FixSample] = deque(maxlen=RECENT)
+        self._velocities: deque[VelocitySample] = deque(maxlen=RECENT)
         self._reported: FixSample | None = None
 
     def fix(self, sample: FixSample) -> FixSample:
@@ -66,9 +67,21 @@ class Spoofer:
         self._velocities.append(sample)
         return reported
 
+    def satellites(self, sample: SatelliteSample) -> SatelliteSample:
+        """Return what the receiver reports in place of a true number of satellites."""
+        index = self._index(sample.stamp_ns)
+        if index is None:
+            return sample
+        return self._attack(index).satellites(sample, self._since(index, sample.stamp_ns))
+
     def active(self, stamp_ns: int) -> bool:
         """Ground truth: whether a segment covers the stamp."""
         return self._index(stamp_ns) is not None
+
+    def onset_ns(self, stamp_ns: int) -> int | None:
+        """Stamp at which the segment that covers a stamp starts, None if none does."""
+        index = self._index(stamp_ns)
+        return None if index is None else self._starts[index]
 
     @property
     def offset_m(self) -> float:
@@ -106,12 +119,17 @@ class Spoofer:
         return (stamp_ns - self._starts[index]) / NANOSECONDS
 
     def _attack(self, index: int) -> Attack:
-        """Return the attack of a segment, started at the segment's first sample."""
-        if self._running is None or self._running[0] != index:
-            onset = onset_at(self._starts[index], self._fixes, self._velocities)
-            attack = make_attack(self._segments[index], onset, self._recordings.get(index))
+        """Return the attack of a segment, started at the segment's first sample.
+
+        A late sample of a segment that is over does not stop the one that runs.
+        """
+        if self._running is not None and self._running[0] == index:
+            return self._running[1]
+        onset = onset_at(self._starts[index], self._fixes, self._velocities)
+        attack = make_attack(self._segments[index], onset, self._recordings.get(index))
+        if self._running is None or self._running[0] < index:
             self._running = (index, attack)
-        return self._running[1]
+        return attack
 
 
 def _ns(seconds: float) -> int:

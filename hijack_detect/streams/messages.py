@@ -29,6 +29,8 @@ MAX_SPECIFIC_FORCE = 1000.0
 MAX_SPEED = 1000.0
 """m/s; no GPS receiver for civil use reports more than 515 m/s."""
 ALTITUDE_RANGE_M = (-1000.0, 50_000.0)
+MAX_SATELLITES = 200
+"""No sky has more; autopilots send 255 for unknown."""
 
 
 class BadMessage(ValueError):
@@ -72,6 +74,7 @@ def fix_sample(message: Any) -> FixSample:
         _within(message.latitude, "latitude", -90.0, 90.0),
         _within(message.longitude, "longitude", -180.0, 180.0),
         _within(message.altitude, "altitude", *ALTITUDE_RANGE_M),
+        accuracy_m=_accuracy(message),
     )
 
 
@@ -98,6 +101,11 @@ def course_sample(message: Any) -> CourseSample:
     )
 
 
+def satellite_count(message: Any) -> int:
+    """The number in a `std_msgs/UInt32` of satellites in use. Raises BadMessage."""
+    return int(_within(message.data, "data", 0, MAX_SATELLITES))
+
+
 CONVERTERS: dict[str, Callable[[Any], Any]] = {
     "imu": imu_sample,
     "fix": fix_sample,
@@ -106,13 +114,21 @@ CONVERTERS: dict[str, Callable[[Any], Any]] = {
     "attitude": attitude_sample,
     "course": course_sample,
 }
-"""Converter of each input, by the input's name."""
+"""Converter of each input that has a header, by the input's name."""
 
 
 def header_stamp_ns(message: Any) -> int:
     """Header stamp of a message, nanoseconds."""
     stamp = message.header.stamp
     return int(stamp.sec) * NANOSECONDS + int(stamp.nanosec)
+
+
+def _accuracy(fix: Any) -> float | None:
+    """Standard deviation (m) claimed for East and North; None if the NavSatFix says nothing."""
+    if fix.position_covariance_type == 0:
+        return None
+    variance = 0.5 * (float(fix.position_covariance[0]) + float(fix.position_covariance[4]))
+    return math.sqrt(variance) if 0.0 < variance < math.inf else None
 
 
 def _within(value: float, name: str, low: float, high: float) -> float:

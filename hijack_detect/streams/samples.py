@@ -32,7 +32,8 @@ class FixSample:
     """One `sensor_msgs/NavSatFix`: WGS-84 geodetic position.
 
     Latitude and longitude stay in degrees, as in the message, so that a fix that is only
-    passed on is not rounded. `has_fix` is false when the receiver reports no fix.
+    passed on is not rounded. `has_fix` is false when the receiver reports no fix. `accuracy_m`
+    is the standard deviation that the receiver claims for East and North, None if it says nothing.
     """
 
     stamp_ns: int
@@ -40,6 +41,7 @@ class FixSample:
     longitude_deg: float
     altitude_m: float
     has_fix: bool = True
+    accuracy_m: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +50,14 @@ class VelocitySample:
 
     stamp_ns: int
     velocity: Vector3
+
+
+@dataclass(frozen=True, slots=True)
+class SatelliteSample:
+    """One number of satellites in use, `std_msgs/UInt32`, with the stamp of the fix it is of."""
+
+    stamp_ns: int
+    count: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,5 +107,11 @@ class CourseSample:
 
 
 Sample: TypeAlias = (
-    ImuSample | FixSample | VelocitySample | MagneticSample | AttitudeSample | CourseSample
+    ImuSample
+    | FixSample
+    | VelocitySample
+    | SatelliteSample
+    | MagneticSample
+    | AttitudeSample
+    | CourseSample
 )

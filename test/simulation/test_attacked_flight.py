@@ -14,7 +14,7 @@ from hijack_detect.simulation.motion import IMU_HZ
 from hijack_detect.simulation.plan import FlightPlan
 from hijack_detect.spoofing.scenario import load_scenario, parse_scenario
 from hijack_detect.spoofing.spoofer import Spoofer
-from hijack_detect.streams.samples import FixSample, VelocitySample
+from hijack_detect.streams.samples import FixSample, SatelliteSample, VelocitySample
 
 SCENARIOS = Path(__file__).parents[2] / "config/scenarios"
 ONSET_S = 60.0
@@ -126,7 +126,7 @@ def test_before_the_onset_nothing_differs() -> None:
 
 
 def test_the_receiver_sees_every_measurement_in_order_and_the_flight_keeps_its_answers() -> None:
-    seen: list[FixSample | VelocitySample] = []
+    seen: list[FixSample | VelocitySample | SatelliteSample] = []
 
     class Recorder:
         def fix(self, sample: FixSample) -> FixSample:
@@ -137,10 +137,15 @@ def test_the_receiver_sees_every_measurement_in_order_and_the_flight_keeps_its_a
             seen.append(sample)
             return VelocitySample(sample.stamp_ns, (0.0, 0.0, 0.0))
 
+        def satellites(self, sample: SatelliteSample) -> SatelliteSample:
+            seen.append(sample)
+            return SatelliteSample(sample.stamp_ns, 5)
+
     flight = generate_flight(PLAN, 4, Recorder())
     assert [one.stamp_ns for one in seen] == sorted(one.stamp_ns for one in seen)
-    assert seen[::2] == flight.measured_fixes == flight.fixes
+    assert seen[::3] == flight.measured_fixes == flight.fixes
     assert {one.velocity for one in flight.velocities} == {(0.0, 0.0, 0.0)}
+    assert {one.count for one in flight.satellites} == {5}
 
 
 def test_same_attack_same_flight() -> None:

@@ -30,7 +30,7 @@ def test_rates() -> None:
     assert len(flight.imu) == 7001
     assert len(flight.fixes) == len(flight.velocities) == len(flight.satellites) == 349
     assert len(flight.magnetics) == len(flight.pressures) == len(flight.truth_fixes) == 701
-    assert all(4 <= reading.value <= 25 for reading in flight.satellites)
+    assert all(4 <= sample.count <= 25 for sample in flight.satellites)
 
 
 def test_an_honest_receiver_reports_what_it_measures() -> None:

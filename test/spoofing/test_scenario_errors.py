@@ -68,12 +68,12 @@ TRACK = "{start: 60, model: {type: fake_track, positions: "
         (
             "{start: 60, model: {type: drfit}}",
             "segment 2: model.type: 'drfit' is unknown; allowed: "
-            "jump, drift, fake_track, turn_away, replay, freeze, altitude, jitter",
+            "jump, drift, fake_track, turn_away, replay, freeze, altitude, jitter, forge",
         ),
         (
             "{start: 60, model: {speed_m_s: 1}}",
             "segment 2: model.type: missing; allowed: "
-            "jump, drift, fake_track, turn_away, replay, freeze, altitude, jitter",
+            "jump, drift, fake_track, turn_away, replay, freeze, altitude, jitter, forge",
         ),
         ("{start: 60, model: jump}", "segment 2: model: 'jump' is not a mapping of keys"),
         ("{start: 60}", "segment 2: model: missing; the attack, selected by its key 'type'"),

@@ -24,6 +24,11 @@ MODELS = {
     "freeze": {"type": "freeze", "velocity": "zero"},
     "altitude": {"type": "altitude", "rate_m_s": 1.5, "onset_acceleration_m_s2": 0.5},
     "jitter": {"type": "jitter", "sigma_m": 1.0, "seed": 3, "sigma_m_s": 0.2},
+    "forge": {
+        "type": "forge", "seed": 3, "altitude_sigma_m": 2.0, "satellites": [4, 20],
+        "accuracy_m": [0.5, 9.0], "horizontal_sigma_m": 1.0, "velocity_sigma_m_s": 0.2,
+        "drift_speed_m_s": 2.0, "bearing_deg": 30.0, "correlation_s": 1.0,
+    },
 }  # fmt: skip
 SMOOTH = ["drift", "fake_track", "turn_away", "freeze", "altitude"]
 PLACES = {

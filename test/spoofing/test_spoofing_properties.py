@@ -80,6 +80,21 @@ models = st.one_of(
             "sigma_m_s": st.floats(0, 100),
         }
     ),
+    st.fixed_dictionaries(
+        {
+            "type": st.just("forge"),
+            "seed": st.integers(0, 2**63 - 1),
+            "altitude_sigma_m": st.floats(0, 1e4),
+            "accuracy_m": st.sampled_from([[0.001, 1e4], [1, 1]]),
+            "horizontal_sigma_m": st.floats(0, 1e5),
+            "velocity_sigma_m_s": st.floats(0, 100),
+            "drift_speed_m_s": speeds,
+            "bearing_deg": bearings,
+            "relative": st.booleans(),
+            "onset_acceleration_m_s2": positive,
+            "correlation_s": st.just(0) | st.floats(0.001, 1000),
+        }
+    ),
 )
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from hijack_detect.simulation.flight import Flight
 from hijack_detect.simulation.plan import GROUND_S
 from hijack_detect.spoofing import schema
+from hijack_detect.spoofing.forge_schema import Forge
 from hijack_detect.spoofing.plane import TangentPlane
 from hijack_detect.spoofing.scenario import Scenario
 
@@ -107,5 +108,7 @@ def _ramp_end_s(segment: schema.Segment) -> float:
     model = segment.model
     still = isinstance(model, schema.Jump | schema.Jitter)
     if still or (isinstance(model, schema.Altitude) and model.rate_m_s == 0.0):
+        return segment.start_s
+    if isinstance(model, Forge) and model.drift_speed_m_s == 0.0:
         return segment.start_s
     return math.inf

@@ -77,13 +77,17 @@ def truth_track(reader: BagReader) -> TruthTrack | None:
         BagError: The bag is damaged.
     """
     for topic, lag_s in ((MEASURED_FIX, 0.0), (TRUTH_FIX, GPS_LAG_S)):
-        if reader.topics.get(topic) == TYPES["fix"] and (fixes := _fixes(reader, topic)):
+        if reader.topics.get(topic) == TYPES["fix"] and (fixes := valid_fixes(reader, topic)):
             return TruthTrack(fixes, lag_s)
     return None
 
 
-def _fixes(reader: BagReader, topic: str) -> list[FixSample]:
-    """The valid fixes of a topic whose stamps increase."""
+def valid_fixes(reader: BagReader, topic: str) -> list[FixSample]:
+    """The valid fixes of a topic whose stamps increase.
+
+    Raises:
+        BagError: The bag is damaged.
+    """
     fixes: list[FixSample] = []
     for raw in reader.messages([topic]):
         try:

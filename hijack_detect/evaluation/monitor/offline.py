@@ -15,7 +15,7 @@ from hijack_detect.evaluation.ground_truth.truth import TruthTrack
 from hijack_detect.evaluation.monitor.graph import Baselines, Monitor, MonitorParameters
 from hijack_detect.spoofing.scenario import Scenario
 from hijack_detect.spoofing.spoofer import Spoofer
-from hijack_detect.streams.samples import FixSample, Sample, VelocitySample
+from hijack_detect.streams.samples import FixSample, Sample, SatelliteSample, VelocitySample
 
 
 @dataclass
@@ -65,6 +65,8 @@ def spoofed_samples(
             yield name, reported
         elif isinstance(sample, VelocitySample) and spoofer is not None:
             yield name, spoofer.velocity(sample)
+        elif isinstance(sample, SatelliteSample) and spoofer is not None:
+            yield name, spoofer.satellites(sample)
         else:
             if isinstance(sample, FixSample) and truth is not None and sample.has_fix:
                 run.separations.append((sample.stamp_ns, truth.separation_m(sample)))

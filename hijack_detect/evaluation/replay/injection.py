@@ -21,8 +21,9 @@ from hijack_detect.evaluation.ground_truth.truth import (
     known_attack,
     read_label,
 )
-from hijack_detect.evaluation.replay.message_spoofer import SPOOFED_INPUTS, MessageSpoofer
+from hijack_detect.evaluation.replay.message_spoofer import MessageSpoofer
 from hijack_detect.evaluation.replay.playback_topics import is_answer
+from hijack_detect.spoofing.on_messages import SPOOFED_INPUTS
 from hijack_detect.spoofing.scenario import Scenario
 
 
@@ -35,7 +36,7 @@ class Injection:
         spoofed: Number of fixes that an attack covers.
         left_out: Topics that are not in the copy, with the reason. The ground truth of the
             original is replaced.
-        refused: Fixes and velocities with values that no receiver can mean; they are as they were.
+        refused: Messages with values that no receiver can mean; they are as they were.
     """
 
     messages: int = 0
@@ -52,7 +53,7 @@ def inject(
     preset: str = "auto",
     on_message: Callable[[int], None] | None = None,
 ) -> Injection:
-    """Copy a bag with the attacks of a scenario on its fixes and velocities.
+    """Copy a bag with the attacks of a scenario on its GPS.
 
     All other messages are copied byte for byte. The copy has two more topics: /spoof_active says
     with each fix whether it is spoofed, /truth/measured_fix holds the fixes as they were. A

@@ -1,4 +1,4 @@
-"""Attacks applied to the messages of a bag: fixes and velocities change, all other bytes stay."""
+"""Attacks applied to the messages of a bag: what an attack forges changes, all other bytes stay."""
 
 from __future__ import annotations
 
@@ -6,12 +6,10 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from hijack_detect.bags.reader import RawMessage, typestore
+from hijack_detect.spoofing.on_messages import SpoofedMessages
 from hijack_detect.spoofing.scenario import Scenario
 from hijack_detect.spoofing.spoofer import Spoofer
-from hijack_detect.streams.messages import CONVERTERS, BadMessage, header_stamp_ns
-
-SPOOFED_INPUTS = ("fix", "velocity")
-"""Inputs that an attack changes."""
+from hijack_detect.streams.messages import BadMessage
 
 
 class Spoofed(NamedTuple):
@@ -22,7 +20,10 @@ class Spoofed(NamedTuple):
 
 
 class MessageSpoofer:
-    """Applies a scenario to fixes and velocities, which it has to see from the bag's first on."""
+    """Applies a scenario to the messages of a receiver, all of them from the bag's first on.
+
+    A number of satellites has the stamp of the last fix before it in order of log time.
+    """
 
     def __init__(
         self,
@@ -35,37 +36,28 @@ class MessageSpoofer:
         Args:
             scenario: The attacks.
             start_ns: Log time of the bag's first message, from which their times count.
-            on_refused: Called with message, header stamp and reason for one that holds a value
-                which no receiver can mean; it passes as it is.
+            on_refused: Called with message, stamp and reason for one that holds a value which no
+                receiver can mean; it passes as it is.
         """
         self._spoofer = Spoofer(scenario, start_ns)
+        self._messages = SpoofedMessages(self._spoofer)
         self._refuse = on_refused
 
     def apply(self, raw: RawMessage, input_name: str, message: Any) -> Spoofed:
-        """Return a fix or velocity as it is reported; the recorded bytes if nothing changes.
+        """Return a message as it is reported; the recorded bytes if nothing changes.
 
         Args:
             raw: The message as it was recorded.
-            input_name: `fix` or `velocity`.
+            input_name: One of SPOOFED_INPUTS.
             message: The same, deserialised; its fields are changed.
         """
-        stamp_ns = header_stamp_ns(message)
-        active = self._spoofer.active(stamp_ns)
+        stamp_ns = self._messages.stamp_ns(input_name, message)
+        active = stamp_ns is not None and self._spoofer.active(stamp_ns)
         try:
-            sample = CONVERTERS[input_name](message)
+            changed = self._messages.apply(input_name, message)
         except BadMessage as error:
-            self._refuse(raw, stamp_ns, str(error))
+            self._refuse(raw, raw.log_ns if stamp_ns is None else stamp_ns, str(error))
             return Spoofed(raw.data, active)
-        if input_name == "fix":
-            fix = self._spoofer.fix(sample)
-            if fix == sample:
-                return Spoofed(raw.data, active)
-            message.latitude, message.longitude = fix.latitude_deg, fix.longitude_deg
-            message.altitude = fix.altitude_m
-        else:
-            velocity = self._spoofer.velocity(sample)
-            if velocity == sample:
-                return Spoofed(raw.data, active)
-            linear = message.twist.linear
-            linear.x, linear.y, linear.z = velocity.velocity
+        if not changed:
+            return Spoofed(raw.data, active)
         return Spoofed(bytes(typestore().serialize_cdr(message, raw.msgtype)), active)

@@ -9,9 +9,10 @@ from typing import Any, NamedTuple
 from hijack_detect.bags.errors import BagError
 from hijack_detect.bags.reader import BagReader, RawMessage, typestore
 from hijack_detect.bags.samples import Rejected, Rejection
-from hijack_detect.evaluation.replay.message_spoofer import SPOOFED_INPUTS, MessageSpoofer
+from hijack_detect.evaluation.replay.message_spoofer import MessageSpoofer
 from hijack_detect.evaluation.replay.playback_parameters import ReplayParameters
 from hijack_detect.evaluation.replay.playback_topics import Routes, routes
+from hijack_detect.spoofing.on_messages import SPOOFED_INPUTS
 from hijack_detect.spoofing.scenario import Scenario, load_scenario
 from hijack_detect.streams.samples import NANOSECONDS
 
@@ -39,8 +40,8 @@ class Outgoing(NamedTuple):
 class Playback:
     """What a replay publishes, in order of log time.
 
-    Messages go out byte for byte as they were recorded, except the fixes and velocities that a
-    scenario changes. The attacks see the bag from its first message on, wherever the replay
+    Messages go out byte for byte as they were recorded, except those of the GPS that a scenario
+    changes. The attacks see the bag from its first message on, wherever the replay
     starts, so the same fix is always spoofed alike.
 
     A message that cannot be decoded is left out: its bytes can end a subscription for good.

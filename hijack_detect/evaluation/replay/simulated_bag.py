@@ -92,8 +92,8 @@ def flight_messages(flight: Flight) -> Iterator[RawMessage]:
             yield _message(topic, sample.stamp_ns, encode_sample(sample))
     for stamp, pascal in flight.pressures:
         yield _message(topics.pressure, stamp, encode_pressure(stamp, pascal))
-    for stamp, number in flight.satellites:
-        yield _message(topics.satellites, stamp, encode_count(int(number)))
+    for number in flight.satellites:
+        yield _message(topics.satellites, number.stamp_ns, encode_count(number.count))
     for fix, attitude in zip(flight.truth_fixes, flight.truth_attitudes, strict=True):
         message = encode_orientation(fix.stamp_ns, attitude)
         yield _message(TRUTH_ATTITUDE, fix.stamp_ns, message)

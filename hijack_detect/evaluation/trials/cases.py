@@ -59,6 +59,11 @@ class Case(Protocol):
         """Whether it is a recorded flight with an attack put in."""
         ...
 
+    @property
+    def scenario(self) -> Scenario | None:
+        """The attack that is put in, or that the simulated vehicle is flown with."""
+        ...
+
     def run(
         self,
         parameters: MonitorParameters,
@@ -83,14 +88,14 @@ def class_of(case: Case, attack: Attack | None) -> str:
     """
     if attack is None and case.kind == HIJACKED:
         raise ValueError(f"{case.name}: is labelled as hijacked, but nothing says when")
-    return case.kind if attack is None else HIJACKED
+    return case.kind if attack is None or case.scenario is not None else HIJACKED
 
 
 @dataclass(frozen=True)
 class BagCase:
     """A flight in a bag, with a scenario to inject, if any.
 
-    The kind is `hijacked` for an attacked flight.
+    The kind is `hijacked` for an attacked flight, or the name of its attack.
     """
 
     path: Path
@@ -171,6 +176,7 @@ def flight_samples(flight: Flight) -> Iterator[tuple[str, Sample]]:
         "fix": flight.fixes,
         "velocity": flight.velocities,
         "mag": flight.magnetics,
+        "satellites": flight.satellites,
     }
 
     def stream(name: str) -> Iterator[tuple[int, str, Sample]]:

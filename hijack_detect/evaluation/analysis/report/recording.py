@@ -15,20 +15,18 @@ import pymap3d
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.estimation.course import gps_angle
 from hijack_detect.estimation.rotation import heading
-from hijack_detect.evaluation.ground_truth.truth import truth_track
-from hijack_detect.streams.messages import BadMessage, fix_sample
+from hijack_detect.evaluation.ground_truth.truth import truth_track, valid_fixes
 from hijack_detect.streams.samples import (
     NANOSECONDS,
     AttitudeSample,
     CourseSample,
     FixSample,
     Sample,
+    SatelliteSample,
     VelocitySample,
 )
 
 Array: TypeAlias = npt.NDArray[np.float64]
-UNKNOWN = 0
-"""`position_covariance_type` of a NavSatFix without covariance."""
 
 
 @dataclass(frozen=True)
@@ -81,6 +79,7 @@ class Recorder:
     def __init__(self) -> None:
         """Start empty."""
         self.fixes: list[FixSample] = []
+        self.satellites: list[SatelliteSample] = []
         self.speeds = array("d")
         self.speed_stamps = array("q")
         self.angles = array("d")
@@ -92,6 +91,8 @@ class Recorder:
         """Keep what the GPS reports."""
         if isinstance(sample, FixSample):
             self.fixes.append(sample)
+        elif isinstance(sample, SatelliteSample):
+            self.satellites.append(sample)
         elif isinstance(sample, VelocitySample):
             self.speed_stamps.append(sample.stamp_ns)
             self.speeds.append(math.hypot(*sample.velocity[:2]))
@@ -119,10 +120,12 @@ def recording(reader: BagReader, recorder: Recorder, *, injected: bool) -> Recor
         BagError: The bag is damaged.
     """
     start_ns = reader.start_ns
-    messages = _Receiver(reader)
     reported = [fix for fix in recorder.fixes if fix.has_fix]
-    known = None if injected else truth_track(reader)
-    truth = messages.fixes if injected else [] if known is None else known.fixes
+    if injected:
+        truth: Sequence[FixSample] = valid_fixes(reader, reader.inputs().fix)
+    else:
+        known = truth_track(reader)
+        truth = () if known is None else known.fixes
     origin = (*truth, *reported)[:1]
     stamps = [fix.stamp_ns for fix in recorder.fixes]
     angle_s = _seconds(recorder.angle_stamps, start_ns)
@@ -135,38 +138,9 @@ def recording(reader: BagReader, recorder: Recorder, *, injected: bool) -> Recor
         speed=Curve(_seconds(recorder.speed_stamps, start_ns), np.array(recorder.speeds)),
         interval=Curve(_seconds(stamps[1:], start_ns), np.diff(_seconds(stamps, start_ns))),
         no_fix=_seconds([fix.stamp_ns for fix in recorder.fixes if not fix.has_fix], start_ns),
-        sigma=_curve(messages.sigmas, start_ns),
-        satellites=_curve(messages.satellites, start_ns),
+        sigma=_curve([(f.stamp_ns, f.accuracy_m) for f in reported if f.accuracy_m], start_ns),
+        satellites=_curve([(one.stamp_ns, one.count) for one in recorder.satellites], start_ns),
     )
-
-
-class _Receiver:
-    """Fixes as they are in the bag, and what the receiver says of their quality."""
-
-    def __init__(self, reader: BagReader) -> None:
-        self.fixes: list[FixSample] = []
-        self.sigmas: list[tuple[int, float]] = []
-        self.satellites: list[tuple[int, float]] = []
-        topics = reader.inputs()
-        wanted = [topic for topic in (topics.fix, topics.satellites) if topic]
-        for raw in reader.messages(wanted):
-            message = reader.deserialize(raw)
-            if raw.topic == topics.fix:
-                self._fix(message)
-            else:
-                self.satellites.append((raw.log_ns, float(message.data)))
-
-    def _fix(self, message: Any) -> None:
-        try:
-            fix = fix_sample(message)
-        except BadMessage:
-            return
-        if not fix.has_fix:
-            return
-        self.fixes.append(fix)
-        if message.position_covariance_type != UNKNOWN:
-            variance = 0.5 * (message.position_covariance[0] + message.position_covariance[4])
-            self.sigmas.append((fix.stamp_ns, math.sqrt(variance) if variance >= 0 else math.nan))
 
 
 def _track(fixes: Sequence[FixSample], origin: Sequence[FixSample], start_ns: int) -> Track:

@@ -1,0 +1,58 @@
+"""From samples back into the messages that they came from.
+
+Like `messages`, the functions use attributes only, so the message may come from rclpy or from
+rosbags. What a sample does not hold (frame, status, service, orientation) stays as it was.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from hijack_detect.streams.samples import FixSample, SatelliteSample, VelocitySample
+
+VERTICAL_RATIO = 1.5
+"""Claimed vertical over horizontal deviation, where the message did not tell: satellites are
+never below the horizon."""
+_APPROXIMATED = 1
+"""NavSatFix.COVARIANCE_TYPE_APPROXIMATED."""
+
+GpsSample = FixSample | VelocitySample | SatelliteSample
+
+
+def write_change(message: Any, before: GpsSample, after: GpsSample) -> bool:
+    """Write what an attack made of a sample into the sample's message.
+
+    Args:
+        message: `sensor_msgs/NavSatFix`, `geometry_msgs/TwistStamped` or `std_msgs/UInt32`; it is
+            changed.
+        before: The sample that was read from the message.
+        after: A sample of the same kind.
+
+    Returns:
+        Whether they differ; otherwise the message is left alone.
+    """
+    if after == before:
+        return False
+    if isinstance(before, FixSample) and isinstance(after, FixSample):
+        message.latitude, message.longitude = after.latitude_deg, after.longitude_deg
+        message.altitude = after.altitude_m
+        if after.accuracy_m is not None and after.accuracy_m != before.accuracy_m:
+            _write_accuracy(message, before.accuracy_m, after.accuracy_m)
+    elif isinstance(after, VelocitySample):
+        linear = message.twist.linear
+        linear.x, linear.y, linear.z = after.velocity
+    elif isinstance(after, SatelliteSample):
+        message.data = after.count
+    return True
+
+
+def _write_accuracy(fix: Any, before_m: float | None, after_m: float) -> None:
+    """Write a claimed accuracy as a diagonal covariance; the vertical one changes in proportion."""
+    vertical_m = VERTICAL_RATIO * after_m
+    variance = float(fix.position_covariance[8])
+    if before_m is not None and 0.0 < variance < np.inf:
+        vertical_m = after_m / before_m * variance**0.5
+    fix.position_covariance = np.diag([after_m**2, after_m**2, vertical_m**2]).ravel()
+    fix.position_covariance_type = _APPROXIMATED
