@@ -4,7 +4,8 @@
     ros2 launch hijack_detect hijack_detect.launch.py mavros:=true uav:=uav1 policy:=paper
 
 Arguments: `uav` namespace of the vehicle, `policy` default or paper, `params_file` a parameter
-file instead of the policy's, `mavros` takes the inputs from mavros' topics, `use_sim_time`.
+file instead of the policy's, `mavros` takes the inputs from mavros' topics, `record` starts the
+recorder (journal and black box) too, `use_sim_time`.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ ARGUMENTS = (
     ("policy", "default", "default or paper: which parameter file of the package."),
     ("params_file", "", "A parameter file to use instead of the policy's."),
     ("mavros", "false", "Take the inputs from the topics of mavros."),
+    ("record", "false", "Keep a journal, and a bag around each alert, with the node recorder."),
     ("use_sim_time", "false", "Use /clock, as a replay publishes it."),
 )
 
@@ -41,6 +43,7 @@ def nodes(context: LaunchContext) -> list[LaunchDescriptionEntity]:
     def given(name: str) -> str:
         return str(LaunchConfiguration(name).perform(context))
 
+    names = (*MONITOR, "recorder") if given("record") == "true" else MONITOR
     own = PathJoinSubstitution([FindPackageShare(PACKAGE), "config", f"{given('policy')}.yaml"])
     return [
         Node(
@@ -55,7 +58,7 @@ def nodes(context: LaunchContext) -> list[LaunchDescriptionEntity]:
             remappings=remappings(mavros=given("mavros") == "true"),
             output="screen",
         )
-        for name in MONITOR
+        for name in names
     ]
 
 

@@ -17,6 +17,7 @@ from live import SECOND, values_of
 from rclpy.duration import Duration
 from ros import KEEP_ALL, ROOT, Graph, Listener, RosProcess
 from sensor_msgs.msg import Imu, MagneticField, NavSatFix, NavSatStatus
+from std_msgs.msg import UInt32
 
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.nodes.messages import (
@@ -80,6 +81,10 @@ def course(stamp_ns: int, z: float | None = None) -> QuaternionStamped:
     return message
 
 
+def satellites(_: int, count: int = 12) -> UInt32:
+    return UInt32(data=count)
+
+
 def verdict(stamp_ns: int, detector: str = "date", score: float = 0.1) -> DiagnosticArray:
     return verdict_message(Verdict(detector, stamp_ns, State.NORMAL, score, 1.0, "calm"))
 
@@ -94,6 +99,10 @@ def correlation_verdict(stamp_ns: int) -> DiagnosticArray:
     return verdict(stamp_ns, "correlation")
 
 
+def kld_verdict(stamp_ns: int) -> DiagnosticArray:
+    return verdict(stamp_ns, "kld")
+
+
 @dataclass(frozen=True)
 class Input:
     """A topic of a node: how often it comes, a good message, and bad ones by what is told."""
@@ -103,6 +112,7 @@ class Input:
     good: Callable[[int], Any]
     bad: dict[str, Callable[[int], Any]] = field(default_factory=dict)
     per_gps: int = 1
+    stamped: bool = True
 
 
 RAW_IMU = Input(
@@ -164,13 +174,22 @@ DATE = Input(
     },
 )
 CORRELATION = Input("correlation", "correlation/verdict", correlation_verdict)
+KLD = Input("kld", "kld/verdict", kld_verdict)
+SATELLITES = Input(
+    "satellites",
+    "gps/satellites",
+    satellites,
+    {"data is 255, not within [0, 200]": lambda stamp: satellites(stamp, 255)},
+    stamped=False,
+)
 
 NODES: dict[str, tuple[list[Input], type, str]] = {
     "attitude_estimator": ([RAW_IMU, FIX, VELOCITY, MAG], Imu, "imu/data"),
     "gps_angle": ([FIX], QuaternionStamped, "gps/course"),
     "correlation_detector": ([ATTITUDE, COURSE], DiagnosticArray, "correlation/verdict"),
     "date_detector": ([ATTITUDE, FIX, VELOCITY], DiagnosticArray, "date/verdict"),
-    "fusion": ([DATE, CORRELATION], DiagnosticArray, "fusion/verdict"),
+    "kld_detector": ([FIX, VELOCITY, SATELLITES], DiagnosticArray, "kld/verdict"),
+    "fusion": ([DATE, CORRELATION, KLD], DiagnosticArray, "fusion/verdict"),
 }
 """Inputs of each node and its output."""
 

@@ -1,6 +1,6 @@
 """The monitor as processes over DDS: what its nodes are fed, and what they say.
 
-The package's five nodes, a replayed bag, and every verdict that was heard, beside what an offline
+The nodes of the monitor, a replayed bag, and every verdict that was heard, beside what an offline
 run of the same bag says. Messages are compared, so equal means equal to the bit: the numbers of a
 verdict are text that reads back exactly.
 """
@@ -22,11 +22,11 @@ from hijack_detect.bags.reader import BagReader
 from hijack_detect.evaluation.monitor.graph import DETECTORS
 from hijack_detect.evaluation.monitor.offline import OfflineRun, run_offline
 from hijack_detect.evaluation.monitor.policies import policy_parameters
+from hijack_detect.nodes import MONITOR
 from hijack_detect.nodes.messages import fusion_message, verdict_message
 from hijack_detect.nodes.qos import STATE
 from hijack_detect.spoofing.scenario import load_scenario
 
-MONITOR = ("attitude_estimator", "gps_angle", "correlation_detector", "date_detector", "fusion")
 SECOND = 1_000_000_000
 SCENARIO = ROOT / "config/scenarios/turn_away_track.yaml"
 
@@ -42,7 +42,7 @@ class Live:
 
 
 def start_monitor(graph: Graph, policy: str) -> Live:
-    """Start the five nodes as the demonstration does."""
+    """Start the nodes as the demonstration does."""
     verdicts = {
         name: graph.listen(DiagnosticArray, f"{name}/verdict") for name in (*DETECTORS, "fusion")
     }

@@ -11,6 +11,11 @@ from hijack_detect.streams.samples import NANOSECONDS
 
 SUPPORTING = frozenset({"correlation"})
 """Detectors whose alarm alone is no proof: what they see has innocent causes."""
+PUBLISHED = ("correlation", "date")
+"""The detectors that policy `paper` asks: those of Feng 2018."""
+KEEPING = frozenset({"kld"})
+"""Detectors that keep their alarm until they are reset themselves."""
+ALARM = State.ALARM
 
 
 @dataclass(frozen=True)
@@ -22,12 +27,12 @@ class FusionParameters(Parameters):
         "`paper`: alert when correlation and DATE have both claimed a hijack (§5: 'when the "
         "results of all the methods are hijacked'); claims are kept for the flight. Use it with "
         "the faithful detectors. `any`: alert when any detector alarms. `default`: alert when "
-        "DATE alarms, or when the correlation alarms and DATE comes close to it.",
+        "DATE or KLD alarms, or when the correlation alarms and one of them comes close to it.",
         choices=("paper", "any", "default"),
     )
     together_s: float = param(
         5.0,
-        "Policy `default`: the correlation's alarm and DATE's margin this close together count "
+        "Policy `default`: the correlation's alarm and another margin this close together count "
         "as one event.",
         unit="s",
         low=0.0,
@@ -35,8 +40,8 @@ class FusionParameters(Parameters):
     )
     together_margin: float = param(
         0.8,
-        "Policy `default`: with an alarm of the correlation this margin of DATE alerts. The "
-        "correlation alone never does: a pilot who begins to fly sideways looks the same.",
+        "Policy `default`: with an alarm of the correlation this margin of DATE or KLD alerts. "
+        "The correlation alone never does: a pilot who begins to fly sideways looks the same.",
         low=0.1,
         high=1.0,
     )
@@ -90,12 +95,20 @@ class Fusion:
         self.inputs = dict.fromkeys(detectors, parameters.patience_s)
         self._together_ns = round(parameters.together_s * NANOSECONDS)
         self._stale_ns = round(parameters.stale_s * NANOSECONDS)
+        paper = parameters.policy == "paper"
+        self._voters = tuple(name for name in detectors if not paper or name in PUBLISHED)
         self._last: dict[str, Verdict] = {}
         self._first_ns: int | None = None
         self.reset()
 
     def reset(self) -> None:
-        """Take the alert back and forget what led to it (service `~/reset`)."""
+        """Take the alert back and forget what led to it (service `~/reset`).
+
+        A detector that keeps its alarm is heard again once it has taken the alarm back.
+        """
+        self._heard_out = {
+            name for name, last in self._last.items() if name in KEEPING and last.state is ALARM
+        }
         self._alarmed: dict[str, Verdict] = {}
         self._close: dict[str, Verdict] = {}
         self._alert_since_ns: int | None = None
@@ -112,7 +125,11 @@ class Fusion:
         self._last[name] = verdict
         if self._first_ns is None:
             self._first_ns = verdict.stamp_ns
-        if verdict.state is State.ALARM:
+        if verdict.state is not ALARM:
+            self._heard_out.discard(name)
+        if name not in self._voters or name in self._heard_out:
+            return self._result(verdict.stamp_ns)
+        if verdict.state is ALARM:
             self._alarmed[name] = verdict
         elif name not in SUPPORTING and verdict.margin >= self._parameters.together_margin:
             self._close[name] = verdict
@@ -124,11 +141,11 @@ class Fusion:
 
     def _decide(self, verdict: Verdict) -> Sequence[Verdict]:
         """What the policy alerts on at this verdict, empty if it does not."""
-        alarm = verdict.state is State.ALARM
+        alarm = verdict.state is ALARM
         policy = self._parameters.policy
         if policy == "paper":
             claims = list(self._alarmed.values())
-            return claims if len(claims) == len(self.inputs) else ()
+            return claims if len(claims) == len(self._voters) else ()
         if alarm and (policy == "any" or verdict.detector not in SUPPORTING):
             return (verdict,)
         if policy == "any":
@@ -175,8 +192,8 @@ class Fusion:
     def _state(self, known: Mapping[str, Verdict], lost: Sequence[str]) -> State:
         states = [verdict.state for verdict in known.values()]
         if self._alert_since_ns is not None:
-            return State.ALARM
-        if State.ALARM in states or State.SUSPICIOUS in states:
+            return ALARM
+        if ALARM in states or State.SUSPICIOUS in states:
             return State.SUSPICIOUS
         if lost:
             return State.STALE
@@ -191,8 +208,9 @@ class Fusion:
         if self._alert_since_ns is not None:
             return 1.0
         doubt = 1.0
-        for verdict in known.values():
-            doubt *= 1.0 / (1.0 + verdict.margin**2)
+        for name, verdict in known.items():
+            if name in self._voters:
+                doubt *= 1.0 / (1.0 + verdict.margin**2)
         return 1.0 - doubt
 
 

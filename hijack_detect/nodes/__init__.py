@@ -7,6 +7,7 @@ MONITOR = (
     "gps_angle",
     "correlation_detector",
     "date_detector",
+    "kld_detector",
     "fusion",
 )
 NODES = (*MONITOR, "bag_replay")

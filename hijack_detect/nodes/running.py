@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import rclpy
+from rclpy.executors import Executor
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
 from rclpy.utilities import ok, try_shutdown
@@ -17,7 +18,9 @@ SPIN_S = 0.1
 """The events executor of Jazzy hears signals only between calls with a time-out."""
 
 
-def run(make: Callable[[], Node], summary: str) -> None:
+def run(
+    make: Callable[[], Node], summary: str, executor_type: Callable[[], Executor] = EventsExecutor
+) -> None:
     """Run a node until it is interrupted: the whole `main` of a node's executable.
 
     ROS arguments that cannot be used, and a ValueError while the node is made (a parameter out
@@ -42,7 +45,7 @@ def run(make: Callable[[], Node], summary: str) -> None:
         print(f"error: {error}", file=sys.stderr)
         try_shutdown()
         sys.exit(EXIT_BAD_INPUT)
-    executor = EventsExecutor()
+    executor = executor_type()
     executor.add_node(node)
     try:
         while ok():

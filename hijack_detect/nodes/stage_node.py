@@ -14,11 +14,11 @@ from rclpy.impl.rcutils_logger import RcutilsLogger
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
-from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from hijack_detect.evaluation.monitor.stage import Component, Stage
 from hijack_detect.nodes.messages import status
 from hijack_detect.nodes.parameters import current, declare
+from hijack_detect.nodes.qos import OVERRIDES
 from hijack_detect.parameters import ParameterError, Parameters
 from hijack_detect.streams.messages import CONVERTERS, BadMessage
 
@@ -47,9 +47,13 @@ class StageNode(Node, Generic[P]):
     """A node that feeds messages to one stage and publishes what comes out.
 
     A message that cannot be used is counted, told in the log, and reported on /diagnostics;
-    it never ends the node. The reliability of each subscription can be changed with the
-    standard `qos_overrides` parameters. Subclasses implement `publish_output`.
+    it never ends the node. Reliability, durability, history and depth of each subscription can be
+    changed with the standard `qos_overrides` parameters. Subclasses implement `publish_output`.
     """
+
+    NEEDS_SOURCE_TIMES = False
+    """Whether `samples` is told when each message was published. The events executor of Jazzy
+    cannot hand that out."""
 
     def __init__(
         self,
@@ -92,7 +96,7 @@ class StageNode(Node, Generic[P]):
                 given.topic,
                 self._callback(input_name, given),
                 given.qos,
-                qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+                qos_overriding_options=OVERRIDES,
             )
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self.create_timer(1.0, self._report)
@@ -112,21 +116,37 @@ class StageNode(Node, Generic[P]):
         """Publish one output of the stage."""
         raise NotImplementedError
 
-    def _callback(self, name: str, given: Input) -> Callable[[Any], None]:
-        def received(message: Any) -> None:
-            self._received[name] += 1
-            try:
-                outputs = self.stage.push(name, given.convert(message))
-            except BadMessage as error:
-                self._reject(name, given.topic, message, str(error))
-                return
-            except Exception as error:  # a safety monitor outlives its own mistakes, and says so
-                self._reject(name, given.topic, message, f"internal error: {error!r}")
-                return
-            for output in outputs:
-                self.publish_output(output)
+    def samples(self, name: str, converted: Any, published_ns: int) -> list[tuple[str, Any]]:
+        """What a converted message of an input brings: input names and samples, in order.
 
-        return received
+        Args:
+            name: The input.
+            converted: What its converter made of the message.
+            published_ns: Source time of the message where NEEDS_SOURCE_TIMES, else 0.
+        """
+        return [(name, converted)]
+
+    def _callback(self, name: str, given: Input) -> Callable[..., None]:
+        def received(message: Any) -> None:
+            self._take(name, given, message, 0)
+
+        def received_with_time(message: Any, info: Mapping[str, Any]) -> None:
+            self._take(name, given, message, info["source_timestamp"])
+
+        return received_with_time if self.NEEDS_SOURCE_TIMES else received
+
+    def _take(self, name: str, given: Input, message: Any, published_ns: int) -> None:
+        self._received[name] += 1
+        outputs: list[Any] = []
+        try:
+            for source, sample in self.samples(name, given.convert(message), published_ns):
+                outputs += self.stage.push(source, sample)
+        except BadMessage as error:
+            self._reject(name, given.topic, message, str(error))
+        except Exception as error:  # a safety monitor outlives its own mistakes, and says so
+            self._reject(name, given.topic, message, f"internal error: {error!r}")
+        for output in outputs:
+            self.publish_output(output)
 
     def _reject(self, name: str, topic: str, message: Any, why: str) -> None:
         self.rejected[f"{name}: bad message"] += 1
@@ -134,11 +154,9 @@ class StageNode(Node, Generic[P]):
         if now - self._logged_at.get(name, -LOG_EVERY_S) < LOG_EVERY_S:
             return
         self._logged_at[name] = now
-        stamp = message.header.stamp
-        self.log.warning(
-            f"{self.resolve_topic_name(topic)}: message stamped "
-            f"{stamp.sec}.{stamp.nanosec:09d} left out: {why}"
-        )
+        stamp = getattr(message, "header", None) and message.header.stamp
+        told = f" stamped {stamp.sec}.{stamp.nanosec:09d}" if stamp else ""
+        self.log.warning(f"{self.resolve_topic_name(topic)}: message{told} left out: {why}")
 
     def _check_change(self, changes: list[Parameter]) -> SetParametersResult:
         try:

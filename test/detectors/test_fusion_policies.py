@@ -221,3 +221,47 @@ def test_confidence_is_a_half_for_one_detector_at_its_threshold() -> None:
 def test_a_policy_that_does_not_exist_is_refused() -> None:
     with pytest.raises(ParameterError, match="policy"):
         fusion("both")
+
+
+def three(policy: str) -> Fusion:
+    return Fusion(FusionParameters(policy=policy), (*NAMES, "kld"))
+
+
+def test_kld_is_one_more_voter_and_none_of_the_papers() -> None:
+    alarm = verdict("kld", 1, State.ALARM)
+    assert feed(three("default"), alarm)[-1].causes == ("kld",)
+    assert feed(three("any"), alarm)[-1].alert
+    paper = three("paper")
+    result = feed(paper, alarm, verdict("date", 2, State.ALARM))[-1]
+    assert not result.alert
+    assert result.state is State.SUSPICIOUS
+    result = feed(paper, verdict("correlation", 3, State.ALARM))[-1]
+    assert result.alert
+    assert result.causes == ("date", "correlation")
+
+
+def test_with_the_correlation_a_close_kld_alerts() -> None:
+    one = three("default")
+    result = feed(
+        one, verdict("kld", 1, State.NORMAL, 0.9), verdict("correlation", 2, State.ALARM)
+    )[-1]
+    assert result.causes == ("correlation", "kld")
+
+
+def test_an_alarm_that_kld_keeps_does_not_alert_again_after_a_reset() -> None:
+    one = three("default")
+    assert feed(one, verdict("kld", 1, State.ALARM))[-1].alert
+    one.reset()
+    result = feed(one, verdict("kld", 2, State.ALARM))[-1]
+    assert not result.alert
+    assert result.state is State.SUSPICIOUS
+    assert feed(one, verdict("date", 3, State.ALARM))[-1].causes == ("date",)
+    one.reset()
+    results = feed(one, verdict("kld", 4, State.NORMAL), verdict("kld", 5, State.ALARM))
+    assert results[-1].causes == ("kld",)
+
+
+def test_the_papers_confidence_asks_the_papers_detectors() -> None:
+    margin = verdict("kld", 1, State.NORMAL, 0.9)
+    assert feed(three("paper"), margin)[-1].confidence == 0.0
+    assert feed(three("default"), margin)[-1].confidence > 0.4

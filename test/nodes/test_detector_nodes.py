@@ -6,14 +6,16 @@ import math
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
-from feed import GPS_NS, VELOCITY, Fed, velocity
+from feed import GPS_NS, SATELLITES, VELOCITY, Fed, satellites, velocity
 from live import SECOND, values_of
 from ros import Graph
-from std_msgs.msg import Bool, Float64
+from std_msgs.msg import Bool, Float64, UInt8
+from std_srvs.srv import Trigger
 
 FIGURES = {
     "correlation": ("coefficient", "mean_difference"),
     "date": ("delta_ax", "delta_ay"),
+    "kld": ("divergence",),
 }
 
 
@@ -57,3 +59,33 @@ def test_hijacked_is_true_while_date_alarms(graph: Graph) -> None:
     lines = [line for line in fed.process.output.splitlines() if "[date_detector]" in line]
     states = [line.split("]: ")[1].split()[0] for line in lines if " margin " in line]
     assert states == ["not_ready", "normal", "suspicious", "alarm"]
+
+
+def test_kld_says_111_from_the_alarm_on_until_it_is_reset(graph: Graph) -> None:
+    fed = Fed(graph, "kld_detector")
+    codes = graph.listen(UInt8, "kld/code")
+    graph.spin_until(lambda: graph.node.count_publishers("/kld/code"), "kld/code")
+    fed.good(25)
+    graph.spin_until(lambda: codes.messages, "codes")
+    assert {one.data for one in codes.messages} == {110}
+
+    fed.inputs = [one for one in fed.inputs if one is not SATELLITES]
+    for step in range(20):  # the number of satellites changes as no sky does
+        fed.good(1)
+        fed.send(SATELLITES, satellites(0, 9 + 10 * (step % 2)))
+        fed.until_received()
+    graph.spin_until(lambda: codes.messages[-1].data == 111, "code 111")
+    alarms = [one for one in fed.output.messages if values_of(one)["state"] == "alarm"]
+    assert "satellites" in alarms[0].status[0].message
+    values = values_of(alarms[0])
+    total = float(values["satellites.forward"]) + float(values["satellites.backward"])
+    assert total > 6.0
+
+    fed.inputs.append(SATELLITES)
+    fed.good(45)
+    graph.spin_until(lambda: "kept for" in fed.output.messages[-1].status[0].message, "the latch")
+    assert codes.messages[-1].data == 111
+    assert graph.call(Trigger, "kld_detector/reset").success
+    fed.good(3)
+    graph.spin_until(lambda: codes.messages[-1].data == 110, "code 110")
+    assert fed.process.interrupt() == 0

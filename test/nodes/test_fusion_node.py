@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from live import SECOND, values_of
+from rclpy.duration import Duration
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from ros import KEEP_ALL, Graph, Listener, RosProcess
 from std_msgs.msg import Bool, Float64
@@ -20,6 +21,7 @@ from hijack_detect.nodes.qos import STATE
 
 START_NS = 1_700_000_000 * SECOND
 STEP_NS = SECOND // 5
+NOW = Duration(nanoseconds=0)
 
 
 class Monitored:
@@ -47,7 +49,8 @@ class Monitored:
     def say(self, seconds: float, **states: State) -> None:
         """Let every detector say something for a while; NORMAL unless told otherwise.
 
-        Each waits for the fusion's answer to both, so neither runs ahead by more than a step.
+        Each step waits for the fusion's answers, or, with a silent detector, until everything has
+        arrived, so none runs ahead by more than a step.
         """
         for _ in range(round(seconds * SECOND / STEP_NS)):
             self._stamp_ns += STEP_NS
@@ -59,6 +62,11 @@ class Monitored:
                 self._sent += 1
             if len(self._publishers) == len(DETECTORS):
                 self.settle()
+            else:
+                self.graph.spin_until(
+                    lambda: all(p.wait_for_all_acked(NOW) for p in self._publishers.values()),
+                    "acknowledgements",
+                )
 
     def settle(self) -> None:
         """Wait until the fusion has answered to everything."""
@@ -137,7 +145,7 @@ def test_the_alert_stays_when_the_alarm_is_over_and_a_reset_takes_it_back(graph:
 def test_confidence_lies_between_0_and_1_and_each_verdict_has_one(graph: Graph) -> None:
     monitored = Monitored(graph)
     for state in State:
-        monitored.say(1.0, correlation=state, date=state)
+        monitored.say(1.0, **dict.fromkeys(DETECTORS, state))
     monitored.settle()
     told = [one.data for one in monitored.confidence.messages]
     assert told == [float(values_of(one)["confidence"]) for one in monitored.verdict.messages]
@@ -173,8 +181,9 @@ def test_one_log_line_for_each_change(graph: Graph) -> None:
     monitored.say(2.0)
     monitored.say(2.0, correlation=State.SUSPICIOUS)
     monitored.say(2.0)
-    monitored.say(2.0, correlation=State.NOT_OBSERVABLE, date=State.NOT_OBSERVABLE)
-    monitored.say(2.0, correlation=State.NOT_OBSERVABLE, date=State.ALARM)
+    unseen = dict.fromkeys(DETECTORS, State.NOT_OBSERVABLE)
+    monitored.say(2.0, **unseen)
+    monitored.say(2.0, **{**unseen, "date": State.ALARM})
     monitored.settle()
     wanted = [state for state, _ in itertools.groupby(monitored.states())]
     assert wanted == ["not_ready", "normal", "suspicious", "normal", "not_observable", "alarm"]

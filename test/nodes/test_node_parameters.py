@@ -194,6 +194,27 @@ TOPICS = {
         "date/delta_ax",
         "date/delta_ay",
     ),
+    "recorder": (
+        "imu/data_raw",
+        "gps/satellites",
+        "DETECTOR/verdict",
+        "fusion/verdict",
+        "hijack_alert",
+        "spoof_active",
+        "~/snapshot",
+        "/diagnostics",
+        "journal.sqlite3",
+    ),
+    "kld_detector": (
+        "gps/fix",
+        "gps/vel",
+        "gps/satellites",
+        "kld/verdict",
+        "kld/hijacked",
+        "kld/divergence",
+        "kld/code",
+        "~/reset",
+    ),
     "fusion": (
         "DETECTOR/verdict",
         "hijack_alert",
@@ -203,6 +224,7 @@ TOPICS = {
         "~/reset",
     ),
     "bag_replay": ("/clock", "spoof_active", "~/position", "~/pause", "scenario"),
+    "gps_spoofer": ("gps/fix_in", "gps/vel_in", "gps/satellites_in", "~/offset", "mode", "soft"),
 }
 
 

@@ -11,12 +11,14 @@ from hijack_detect.detectors.correlation import CorrelationDetector
 from hijack_detect.detectors.correlation_parameters import CorrelationParameters
 from hijack_detect.detectors.date import DateDetector, DateParameters
 from hijack_detect.detectors.fusion import Fusion, FusionParameters
+from hijack_detect.detectors.kld import KldDetector
+from hijack_detect.detectors.kld_parameters import KldParameters
 from hijack_detect.estimation.attitude import AttitudeEstimator
 from hijack_detect.estimation.attitude_parameters import AttitudeParameters
 from hijack_detect.estimation.course import CourseEstimator, CourseParameters
 from hijack_detect.evaluation.monitor.stage import Component, Stage
 
-DETECTORS = ("correlation", "date")
+DETECTORS = ("correlation", "date", "kld")
 
 
 @dataclass(frozen=True)
@@ -27,6 +29,7 @@ class MonitorParameters:
     course: CourseParameters = field(default_factory=CourseParameters)
     correlation: CorrelationParameters = field(default_factory=CorrelationParameters)
     date: DateParameters = field(default_factory=DateParameters)
+    kld: KldParameters = field(default_factory=KldParameters)
     fusion: FusionParameters = field(default_factory=FusionParameters)
 
 
@@ -37,8 +40,9 @@ Baselines: TypeAlias = Mapping[str, Callable[[], Component]]
 class Monitor:
     """Feeds samples through attitude, course, detectors and fusion.
 
-    Inputs are `imu`, `fix`, `velocity` and `mag`; what each part puts out goes to the parts
-    that have an input of that name. Everything that was put out by one `push` is returned.
+    Inputs are `imu`, `fix`, `velocity`, `satellites` and `mag`; what each part puts out goes to
+    the parts that have an input of that name. Everything that was put out by one `push` is
+    returned.
 
     Attributes:
         detectors: Names of the parts that give verdicts.
@@ -58,6 +62,7 @@ class Monitor:
             "course": Stage(lambda: CourseEstimator(p.course)),
             "correlation": Stage(lambda: CorrelationDetector(p.correlation)),
             "date": Stage(lambda: DateDetector(p.date)),
+            "kld": Stage(lambda: KldDetector(p.kld)),
             "fusion": Stage(lambda: Fusion(p.fusion, DETECTORS)),
             **{name: Stage(make) for name, make in (baselines or {}).items()},
         }

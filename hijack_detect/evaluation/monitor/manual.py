@@ -7,6 +7,8 @@ import json
 import textwrap
 from typing import Any
 
+import yaml
+
 from hijack_detect.evaluation.monitor.graph import MonitorParameters
 from hijack_detect.evaluation.monitor.policies import NODE_FIELDS, policy_parameters
 
@@ -50,9 +52,15 @@ def manual(chosen: MonitorParameters, header: str, *, changed_only: bool = False
             if changed_only and value == default:
                 continue
             lines.append(_comment(_meaning(field, default), 4))
-            lines.append(f"    {field.name}: {json.dumps(value)}")
+            lines.append(f"    {field.name}: {_scalar(value)}")
         blocks.append("\n".join(lines) + "\n")
     return "\n".join(blocks)
+
+
+def _scalar(value: Any) -> str:
+    """A value as YAML; its small numbers have a point before the exponent, those of JSON do not."""
+    text = json.dumps(value)
+    return yaml.safe_dump(value).split()[0] if "e" in text and isinstance(value, float) else text
 
 
 def _meaning(field: dataclasses.Field[Any], default: Any) -> str:

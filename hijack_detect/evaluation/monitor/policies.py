@@ -17,6 +17,7 @@ NODE_FIELDS = {
     "gps_angle": "course",
     "correlation_detector": "correlation",
     "date_detector": "date",
+    "kld_detector": "kld",
     "fusion": "fusion",
 }
 """Node name to field of `MonitorParameters`."""
@@ -34,6 +35,16 @@ POLICIES: Mapping[str, Mapping[str, Mapping[str, Any]]] = {
             "max_heading_sigma_deg": 180.0,
         },
         "date_detector": {"gps_lag_s": 0.0, "persist_s": 0.0, "max_tilt_deg": 180.0},
+        "kld_detector": {
+            "mode": "faithful",
+            "quorum": 2,
+            "altitude_threshold": 2.5e-4,
+            "satellites_threshold": 0.03,
+            "speed_threshold": 50.0,
+            "track_threshold": 750.0,
+            "latitude_threshold": 6e-12,
+            "longitude_threshold": 3e-12,
+        },
         "fusion": {"policy": "paper"},
     },
 }

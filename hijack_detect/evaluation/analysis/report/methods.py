@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import cycle
 
 import numpy as np
+import plotly.graph_objects as go
 
+from hijack_detect.detectors.kld_parameters import NAMES
 from hijack_detect.detectors.verdict import Verdict
 from hijack_detect.evaluation.analysis.alarms import JUDGED
 from hijack_detect.evaluation.analysis.analyse import Analysed
@@ -38,23 +40,47 @@ def margins_panel(done: Analysed) -> Panel:
         name: _curve(done, verdicts, lambda verdict: verdict.margin)
         for name, verdicts in done.run.verdicts.items()
     }
+    figure, logarithmic = _against_thresholds(done, curves, 270)
+    title = "Margins: score over threshold" + logarithmic
+    note = "Above 1 a detector calls the GPS spoofed. Gaps are times in which it cannot tell."
+    return Panel("margins", title, note, figure)
+
+
+def statistics_panel(done: Analysed) -> Panel:
+    """Divergence of each parameter of the GPS, over its threshold."""
+    kld = done.parameters.kld
+    curves = {}
+    for name in NAMES:
+        forward, backward = (
+            _value(done, "kld", f"{name}.{way}") for way in ("forward", "backward")
+        )
+        total = (forward.value + backward.value) / kld.threshold(name)
+        curves[name] = Curve(forward.time_s, total)
+    figure, logarithmic = _against_thresholds(done, curves, 240)
+    title = "GPS statistics: Kullback–Leibler divergence over threshold" + logarithmic
+    needed = "One parameter above 1 is" if kld.quorum == 1 else f"{kld.quorum} above 1 at once are"
+    note = f"Has a parameter of the GPS changed its statistics? {needed} an alarm, which is kept."
+    return Panel("statistics", title, note, figure)
+
+
+def _against_thresholds(
+    done: Analysed, curves: Mapping[str, Curve], height: int
+) -> tuple[go.Figure, str]:
+    """Curves of which 1 is the limit, and what to add to the title if the axis is logarithmic."""
     highest = max(float(np.nanmax(curve.value, initial=0.0)) for curve in curves.values())
-    figure = over_time(done.analysis.duration_s, 270)
-    title = "Margins: score over threshold"
-    if highest > MOST_LINEAR:
-        title += ", logarithmic"
+    figure = over_time(done.analysis.duration_s, height)
+    logarithmic = highest > MOST_LINEAR
+    if logarithmic:
         most = math.log10(1.3 * highest)
         figure.update_yaxes(type="log", dtick=1, range=[math.log10(LOWEST), most])
-        curves = {
-            name: Curve(one.time_s, np.maximum(one.value, LOWEST)) for name, one in curves.items()
-        }
     else:
         figure.update_yaxes(range=[0.0, max(1.5, 1.1 * highest)])
     for colour, (name, curve) in zip(cycle(DETECTOR_COLOURS), curves.items(), strict=False):
-        add_curve(figure, curve, name, colour, "")
+        low = LOWEST if logarithmic else 0.0
+        shown = Curve(curve.time_s, np.maximum(curve.value, low))
+        add_curve(figure, shown, name, colour, "")
     add_limit(figure, 1.0, "threshold")
-    note = "Above 1 a detector calls the GPS spoofed. Gaps are times in which it cannot tell."
-    return Panel("margins", title, note, figure)
+    return figure, ", logarithmic" if logarithmic else ""
 
 
 def angles_panel(done: Analysed, recorded: Recording) -> Panel:

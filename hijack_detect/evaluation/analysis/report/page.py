@@ -29,6 +29,7 @@ from hijack_detect.evaluation.analysis.report.methods import (
     difference_panel,
     margins_panel,
     rho_panel,
+    statistics_panel,
 )
 from hijack_detect.evaluation.analysis.report.recording import Recording
 from hijack_detect.evaluation.analysis.report.style import (
@@ -66,6 +67,7 @@ DETECTORS_OF = {
     "angles": ("correlation",),
     "difference": ("correlation",),
     "acceleration": ("date",),
+    "statistics": ("kld",),
 }
 """Whose alarms are shaded in which figure."""
 
@@ -121,6 +123,7 @@ def _panels(done: Analysed, recorded: Recording) -> Iterator[Panel | None]:
     yield rho_panel(done)
     yield difference_panel(done)
     yield acceleration_panel(done)
+    yield statistics_panel(done)
     yield from quality_panels(done, recorded)
 
 

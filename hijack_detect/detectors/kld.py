@@ -1,0 +1,134 @@
+"""Kullback-Leibler divergence of GPS statistics: Basan et al. 2022, and a hardened variant."""
+
+from __future__ import annotations
+
+from hijack_detect.detectors.input_watch import InputWatch
+from hijack_detect.detectors.kld_parameters import NAMES, KldParameters
+from hijack_detect.detectors.kld_series import DistributionSeries, Divergence, RowSeries, Series
+from hijack_detect.detectors.kld_values import Changes, GpsSample, Table2Values, Values
+from hijack_detect.detectors.verdict import State, Verdict
+from hijack_detect.streams.samples import NANOSECONDS, FixSample
+
+ATTACK, NO_ATTACK = 111, 110
+"""The codes of the paper's analyser (§3.3)."""
+CODES = {
+    State.NORMAL: NO_ATTACK,
+    State.SUSPICIOUS: NO_ATTACK,
+    State.ALARM: ATTACK,
+}
+"""Code of each state that says something; the others have none."""
+
+
+class KldDetector:
+    """Alarms when enough parameters of the GPS have changed their statistics at once.
+
+    Every parameter has a series of counts (`kld_values`), whose last n are compared with the n
+    before (`kld_series`). It claims a change when forward and backward divergence together exceed
+    its threshold; `quorum` claims at once are an alarm. The score is the margin of the parameter
+    that completes the quorum.
+
+    A parameter whose topic is absent is left out, and one that has a gap starts over. It is
+    evaluated at every fix.
+    """
+
+    NAME = "kld"
+
+    def __init__(self, parameters: KldParameters) -> None:
+        """Start with empty windows."""
+        self._parameters = p = parameters
+        self.inputs = dict.fromkeys(("velocity", "satellites", "fix"), p.patience_s)
+        self._values: Values = Changes(p) if p.mode == "hardened" else Table2Values()
+        self._series: dict[str, Series] = {}
+        self._last_ns: dict[str, int] = {}
+        self._divergences: dict[str, Divergence] = {}
+        self._max_gap_ns = round(p.max_gap_s * NANOSECONDS)
+        self._watch = InputWatch(("fix",))
+        self._latched: tuple[int, str] | None = None
+
+    def reset(self) -> None:
+        """Take a kept alarm back (service `~/reset`)."""
+        self._latched = None
+
+    def inherit(self, before: KldDetector) -> None:
+        """Keep the alarm of the detector before: a clock that is set back takes none back."""
+        self._latched = before._latched
+
+    def update(self, name: str, sample: GpsSample) -> Verdict | None:
+        """Take the next sample in order of stamp; every fix gives a verdict."""
+        if isinstance(sample, FixSample) and not sample.has_fix:
+            return self._verdict(sample.stamp_ns, State.NOT_OBSERVABLE, "the receiver has no fix")
+        self._watch.see(name, sample.stamp_ns)
+        for parameter, count in self._values(sample).items():
+            self._add(parameter, sample.stamp_ns, count)
+        if isinstance(sample, FixSample):
+            return self._evaluate(sample.stamp_ns)
+        lost = self._watch.lost(sample.stamp_ns)
+        if lost is None or not self._watch.due(sample.stamp_ns):
+            return None
+        return self._verdict(sample.stamp_ns, *lost)
+
+    def _add(self, parameter: str, stamp_ns: int, count: float | None) -> None:
+        """Let a count into its series, which starts over after a gap."""
+        before_ns = self._last_ns.get(parameter)
+        if count is None or (before_ns is not None and stamp_ns - before_ns > self._max_gap_ns):
+            self._series.pop(parameter, None)
+            self._divergences.pop(parameter, None)
+        self._last_ns[parameter] = stamp_ns
+        if count is None:
+            return
+        series = self._series.get(parameter) or self._start(parameter)
+        found = series.add(count)
+        if found is not None:
+            self._divergences[parameter] = found
+
+    def _start(self, parameter: str) -> Series:
+        p = self._parameters
+        series: Series = RowSeries(p.window)
+        if p.mode == "hardened":
+            series = DistributionSeries(p.window, p.floor, p.dispersion)
+        self._series[parameter] = series
+        return series
+
+    def _evaluate(self, stamp_ns: int) -> Verdict:
+        p = self._parameters
+        current = {
+            name: self._divergences[name]
+            for name in NAMES
+            if name in self._divergences and stamp_ns - self._last_ns[name] <= self._max_gap_ns
+        }
+        if len(current) < p.quorum:
+            reason = f"{len(current)} parameters with full windows, {p.quorum} are needed"
+            return self._verdict(stamp_ns, State.NOT_READY, reason)
+        margins = {name: found.total / p.threshold(name) for name, found in current.items()}
+        ranked = sorted(margins, key=lambda name: -margins[name])
+        score = max(margins[ranked[p.quorum - 1]], 0.0)
+        claims = [name for name in ranked if margins[name] > 1.0]
+        state = State.ALARM if score > 1.0 else State.NORMAL
+        told = ", ".join(
+            f"{name} by {current[name].total:.3g} nat (limit {p.threshold(name):g})"
+            for name in claims or ranked[:1]
+        )
+        reason = f"changed: {told}" if claims else f"largest change: {told}"
+        if claims and state is State.NORMAL:
+            state, reason = State.SUSPICIOUS, f"{reason}; {p.quorum} parameters are needed"
+        values = {"divergence": current[ranked[p.quorum - 1]].total, "claims": float(len(claims))}
+        for name, found in current.items():
+            values[f"{name}.forward"], values[f"{name}.backward"] = found
+        return self._verdict(stamp_ns, state, reason, score, values)
+
+    def _verdict(
+        self,
+        stamp_ns: int,
+        state: State,
+        reason: str,
+        score: float = 0.0,
+        values: dict[str, float] | None = None,
+    ) -> Verdict:
+        """A verdict, or the alarm that is kept."""
+        if state is State.ALARM and self._latched is None and self._parameters.latched:
+            self._latched = (stamp_ns, reason)
+        if self._latched is not None and state is not State.ALARM:
+            since_ns, first = self._latched
+            reason = f"kept for {(stamp_ns - since_ns) / NANOSECONDS:.1f} s: {first}"
+            state = State.ALARM
+        return Verdict(self.NAME, stamp_ns, state, score, 1.0, reason, values or {})

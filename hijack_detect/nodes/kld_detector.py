@@ -1,0 +1,85 @@
+"""Kullback-Leibler divergence of GPS statistics: Basan et al. 2022.
+
+Subscribes gps/fix, gps/vel (ENU) and gps/satellites (UInt32); the last two may be absent.
+Publishes kld/verdict (DiagnosticArray, with the two divergences of every parameter), kld/hijacked
+(Bool), kld/divergence (of the parameter that decides, nats, Float64) and kld/code (UInt8: 111
+attack, 110 no attack, nothing while it cannot tell). Service ~/reset (std_srvs/Trigger) takes a
+kept alarm back.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from geometry_msgs.msg import TwistStamped
+from rclpy.executors import SingleThreadedExecutor
+from sensor_msgs.msg import NavSatFix
+from std_msgs.msg import UInt8, UInt32
+from std_srvs.srv import Trigger
+
+from hijack_detect.detectors.kld import CODES, KldDetector
+from hijack_detect.detectors.kld_parameters import KldParameters
+from hijack_detect.detectors.verdict import Verdict
+from hijack_detect.nodes.detector_node import DetectorNode
+from hijack_detect.nodes.qos import INTERNAL, SENSOR
+from hijack_detect.nodes.running import run
+from hijack_detect.nodes.stage_node import Input, sensor_input
+from hijack_detect.streams.headerless import SatelliteStamps
+from hijack_detect.streams.messages import satellite_count
+
+
+class KldDetectorNode(DetectorNode[KldParameters]):
+    """Runs `KldDetector`.
+
+    A number of satellites has no header. It gets the stamp of its fix by the order of publication,
+    for which the executor must hand out the source times of messages: SingleThreadedExecutor does.
+    """
+
+    NEEDS_SOURCE_TIMES = True
+
+    def __init__(self) -> None:
+        """Subscribe and advertise."""
+        inputs = {
+            "fix": sensor_input("fix", "gps/fix", NavSatFix, SENSOR),
+            "velocity": sensor_input("velocity", "gps/vel", TwistStamped, SENSOR),
+            "satellites": Input("gps/satellites", UInt32, SENSOR, satellite_count),
+        }
+        self._stamps = SatelliteStamps()
+        super().__init__(KldDetector.NAME, KldParameters, KldDetector, inputs, ("divergence",))
+        self._code = self.create_publisher(UInt8, "kld/code", INTERNAL)
+        self.create_service(Trigger, "~/reset", self._reset)
+
+    def samples(self, name: str, converted: Any, published_ns: int) -> list[tuple[str, Any]]:
+        """See StageNode; a count follows once the fix after it is there."""
+        if name == "satellites":
+            counts = self._stamps.count(published_ns, converted)
+        elif name == "fix":
+            counts = self._stamps.fix(published_ns, converted.stamp_ns)
+        else:
+            counts = []
+        own = [] if name == "satellites" else [(name, converted)]
+        return [*(("satellites", count) for count in counts), *own]
+
+    def publish_output(self, output: Verdict) -> None:
+        """Publish a verdict and its code."""
+        super().publish_output(output)
+        code = CODES.get(output.state)
+        if code is not None:
+            self._code.publish(UInt8(data=code))
+
+    def _reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        detector = self.stage.component
+        assert isinstance(detector, KldDetector)
+        detector.reset()
+        self.log.warning("alarm reset on request")
+        response.success, response.message = True, "alarm reset"
+        return response
+
+
+def main() -> None:
+    """Run the node."""
+    run(KldDetectorNode, __doc__ or "", SingleThreadedExecutor)
+
+
+if __name__ == "__main__":
+    main()
