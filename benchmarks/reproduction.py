@@ -17,6 +17,12 @@ from pathlib import Path
 
 import click
 
+from hijack_detect.evaluation.scores.basan_tables import (
+    attack_table,
+    false_alarm_table,
+    forged_table,
+    forging_table,
+)
 from hijack_detect.evaluation.scores.evaluate import Evaluation
 from hijack_detect.evaluation.scores.evaluation_tables import (
     TextTable,
@@ -43,6 +49,9 @@ RUNS = {
         "recorded": (f"{FLIGHTS}/bags", *ONSETS),
     }.items()
     for policy in ("paper", "default")
+} | {
+    "basan2022": ("--protocol", "basan2022", "--scale", "8"),
+    "basan2022_sitl": (f"{FLIGHTS}/sitl", "--protocol", "basan2022", "--onsets", "5"),
 }
 """Arguments of `hijack-detect evaluate`."""
 
@@ -52,7 +61,7 @@ TABLE_1 = {
     "both": {"straight": "100 %", "curved": "100 %", "hijacked": "100 %"},
 }
 """Table 1 of the paper: correctness of each method on 25, 25 and 50 flights."""
-METHODS = ("correlation", "date", "both", "fusion")
+METHODS = ("correlation", "date", "both", "kld", "fusion")
 MARK = re.compile(r"<!-- table (\w+) (\w+) -->\n(?:\n?(?:\|.*\n)+)?")
 
 
@@ -170,6 +179,10 @@ KINDS: Mapping[str, Callable[[Evaluation], TextTable]] = {
     "unfound": unfound,
     "found": found_of_all,
     "by_track": by_track,
+    "attacks": attack_table,
+    "false_alarms": false_alarm_table,
+    "forged": forged_table,
+    "forging": forging_table,
 }
 
 

@@ -25,7 +25,8 @@ if TYPE_CHECKING:
     from hijack_detect.evaluation.scores.evaluate import Evaluation
     from hijack_detect.evaluation.trials.cases import Case
 
-PROTOCOLS = ("feng2018", "feng2018_noisy")
+BASAN = "basan2022"
+PROTOCOLS = ("feng2018", "feng2018_noisy", BASAN)
 PAGE = "index.html"
 ONSETS = 5
 
@@ -63,34 +64,29 @@ def evaluate(
     topics tell of an attack. With --scenario each clean flight is run again with that attack
     injected, at onsets spread by chance (the same each time) over its forward flight. Protocol
     feng2018 has 25 straight, 25 curved and 50 hijacked flights of the simulator; feng2018_noisy
-    is the same with the noise of a receiver on the fake fixes.
+    is the same with the noise of a receiver on the fake fixes. basan2022 has 25 clean flights and
+    25 of each attack (soft, hard 1, hard 2, smooth); with CORPUS it puts each attack into the
+    clean flights there, at --onsets places.
 
     A clean flight is correct without any alarm, a hijacked one if the first alarm of the flight
     lies inside the attack. Flights that cannot be read are told on stderr; the exit code is 2
     only if none could be.
     """
-    if (corpus is None) == (protocol is None):
+    if (corpus is None) == (protocol is None) and protocol != BASAN:
         raise click.UsageError("give either a folder of flights or --protocol")
     if policy is not None and params is not None:
         raise click.UsageError("give --policy or --params, not both")
-    if scale is not None and protocol is None:
-        raise click.UsageError("--scale goes with --protocol")
-    if scenario is not None and corpus is None:
+    if scale is not None and (protocol is None or corpus is not None):
+        raise click.UsageError("--scale goes with --protocol, and simulated flights")
+    if scenario is not None and (corpus is None or protocol is not None):
         raise click.UsageError("--scenario goes with a folder of flights")
-    if onsets is not None and scenario is None:
-        raise click.UsageError("--onsets goes with --scenario")
+    if onsets is not None and scenario is None and not (protocol and corpus):
+        raise click.UsageError(f"--onsets goes with --scenario, or a folder and {BASAN}")
     from hijack_detect.evaluation.scores.evaluate import evaluate as run  # noqa: PLC0415
-    from hijack_detect.evaluation.trials.corpus import corpus_cases  # noqa: PLC0415  slow to load
-    from hijack_detect.evaluation.trials.protocols import PROTOCOLS as MADE  # noqa: PLC0415
 
     with refusing_bad_input():
         parameters, told = _parameters(policy, params)
-        cases: list[Case] = []
-        if protocol is not None:
-            cases += MADE[protocol](scale or 1)
-        elif corpus is not None:
-            attack = None if scenario is None else find_scenario(scenario)
-            cases += corpus_cases(corpus, attack, onsets or ONSETS)
+        cases = _cases(corpus, protocol, scenario, onsets or ONSETS, scale or 1)
         for folder in (None if json_file is None else json_file.parent, html_folder):
             if folder is not None:  # before the flights run
                 make_folder(folder)
@@ -100,12 +96,30 @@ def evaluate(
                 parameters,
                 source=_source(corpus, protocol, scale),
                 policy=told,
+                forging=protocol == BASAN,
                 jobs=processes(jobs),
                 on_done=done,
             )
     _report(evaluation, json_file, html_folder)
     if not evaluation.flights:
         sys.exit(EXIT_BAD_INPUT)
+
+
+def _cases(
+    corpus: Path | None, protocol: str | None, scenario: str | None, onsets: int, scale: int
+) -> list[Case]:
+    """The flights to judge."""
+    from hijack_detect.evaluation.trials.basan2022 import basan2022_on  # noqa: PLC0415  slow
+    from hijack_detect.evaluation.trials.corpus import corpus_cases  # noqa: PLC0415
+    from hijack_detect.evaluation.trials.protocols import PROTOCOLS as MADE  # noqa: PLC0415
+
+    if corpus is None:
+        assert protocol is not None
+        return list(MADE[protocol](scale))
+    if protocol is not None:
+        return basan2022_on(corpus, onsets)
+    attack = None if scenario is None else find_scenario(scenario)
+    return list(corpus_cases(corpus, attack, onsets))
 
 
 def _parameters(policy: str | None, params: Path | None) -> tuple[MonitorParameters, str]:
@@ -117,9 +131,9 @@ def _parameters(policy: str | None, params: Path | None) -> tuple[MonitorParamet
 
 
 def _source(corpus: Path | None, protocol: str | None, scale: int | None) -> str:
-    if protocol is None:
-        return str(corpus)
-    return protocol if scale in (None, 1) else f"{protocol} × {scale}"
+    if corpus is not None:
+        return str(corpus) if protocol is None else f"{protocol} on {corpus}"
+    return str(protocol) if scale in (None, 1) else f"{protocol} × {scale}"
 
 
 def _report(evaluation: Evaluation, json_file: Path | None, html_folder: Path | None) -> None:

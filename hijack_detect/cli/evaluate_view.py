@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import sys
+
 from rich.console import Console
 from rich.table import Table
 
+from hijack_detect.evaluation.scores.basan_tables import basan_tables
 from hijack_detect.evaluation.scores.evaluate import Evaluation
 from hijack_detect.evaluation.scores.evaluation_tables import (
     TextTable,
@@ -13,10 +16,13 @@ from hijack_detect.evaluation.scores.evaluation_tables import (
     error_table,
 )
 
+PIPE_WIDTH = 120
+"""Columns of a table that is not shown in a terminal."""
+
 
 def tables(evaluation: Evaluation) -> None:
     """Print the tables on stdout."""
-    console = Console()
+    console = Console(width=None if sys.stdout.isatty() else PIPE_WIDTH)
     console.print(
         f"{evaluation.source}, policy {evaluation.policy}: {len(evaluation.flights)} flights, "
         f"{len(evaluation.failed)} could not be read",
@@ -25,6 +31,9 @@ def tables(evaluation: Evaluation) -> None:
     if evaluation.flights:
         for table in (correct_table, error_table, detection_table):
             console.print(drawn(table(evaluation)))
+    if evaluation.forging is not None:
+        for made in basan_tables(evaluation):
+            console.print(drawn(made))
 
 
 def drawn(table: TextTable) -> Table:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import subprocess
 import sys
@@ -15,11 +16,12 @@ from small_bags import flight, write
 
 from hijack_detect.cli.evaluate import PROTOCOLS
 from hijack_detect.evaluation.scores.evaluate import Evaluation
+from hijack_detect.evaluation.scores.methods import Judgement
 from hijack_detect.evaluation.trials.protocols import PROTOCOLS as MADE
 
 PROGRAM = Path(sys.executable).with_name("hijack-detect")
 SITL = ROOT.parent / "shared" / "flights" / "sitl"
-METHODS = ["ins_position", "correlation", "date", "both", "fusion"]
+METHODS = ["ins_position", "correlation", "date", "both", "kld", "fusion"]
 
 
 def evaluate(*arguments: object) -> subprocess.CompletedProcess[str]:
@@ -110,6 +112,10 @@ def test_what_cannot_be_used_is_refused(corpus: Path, tmp_path: Path) -> None:
     protocol = ("--protocol", "feng2018", "--scenario", "jump")
     assert "--scenario goes with a folder of flights" in refusal(*protocol)
     assert "no_such: cannot be read" in refusal(corpus, "--scenario", "no_such")
+    onto = (corpus, "--protocol", "basan2022")
+    assert "--scale goes with --protocol, and simulated flights" in refusal(*onto, "--scale", 2)
+    assert "--scenario goes with a folder of flights" in refusal(*onto, "--scenario", "jump")
+    assert "--onsets goes with --scenario, or" in refusal("--protocol", "basan2022", "--onsets", 2)
     assert "'feng2018'" in refusal("--protocol", "unknown")
     assert "not both" in refusal(corpus, "--policy", "paper", "--params", "config/paper.yaml")
     missing = tmp_path / "missing.yaml"
@@ -130,6 +136,44 @@ def test_parameters_from_a_file(corpus: Path) -> None:
 
 def test_the_protocols_on_offer_are_those_that_are_made() -> None:
     assert tuple(MADE) == PROTOCOLS
+
+
+@pytest.mark.slow
+def test_basans_attacks_put_into_the_clean_flights_of_a_folder(tmp_path: Path) -> None:
+    (tmp_path / "curved").symlink_to(ROOT / "bags/curved_8")
+    page, data = tmp_path / "page", tmp_path / "all.json"
+    onto = (tmp_path, "--protocol", "basan2022", "--onsets", 1)
+    done = evaluate(*onto, "--html", page, "--json", data)
+    assert done.returncode == 0, done.stderr
+    html = (page / "index.html").read_text(encoding="utf-8")
+    for text in (
+        "soft",
+        "hard_1",
+        "hard_2",
+        "smooth",
+        "kld_faithful",
+        "Table 4",
+        "Table 5",
+        "0.94",
+    ):
+        assert text in done.stdout, text
+        assert text in html, text
+    assert "µs per update" in done.stdout
+
+    found = Evaluation.model_validate_json(data.read_text())
+    kinds = ["clean", "soft", "hard_1", "hard_2", "smooth"]
+    assert [flight.kind for flight in found.flights] == kinds
+    clean, soft, *_ = found.flights
+    assert clean.methods["kld"].judgement is Judgement.QUIET
+    assert soft.methods["kld"].judgement is Judgement.DETECTED
+    assert soft.forged is not None
+    # 150 values: the standard error of their deviation is 4.2 / sqrt(300) m.
+    assert soft.forged["altitude"].sigma == pytest.approx(4.214, abs=1.0)
+    assert soft.forged["satellites"].sigma == pytest.approx(math.sqrt(10.0), abs=0.5)
+    assert clean.forged is not None
+    assert {one.likelihood for one in clean.forged.values()} == {0.0}
+    assert found.forging is not None
+    assert all(one.microseconds > 0.0 for one in found.forging)
 
 
 @pytest.mark.slow

@@ -7,8 +7,11 @@ from functools import partial
 
 from hijack_detect import __version__
 from hijack_detect.evaluation.monitor.graph import MonitorParameters
-from hijack_detect.evaluation.scores.methods import BASELINES, Model, judge_case
+from hijack_detect.evaluation.scores.forged import ForgedData
+from hijack_detect.evaluation.scores.forging_time import ForgingTime, forging_times
+from hijack_detect.evaluation.scores.methods import BASELINES, FAITHFUL_KLD, judge_case
 from hijack_detect.evaluation.scores.metrics import FlightOutcome, MethodSummary, summarise
+from hijack_detect.evaluation.scores.model import Model
 from hijack_detect.evaluation.trials.cases import Case, class_of
 from hijack_detect.evaluation.trials.parallel import Failure, map_cases
 from hijack_detect.streams.samples import NANOSECONDS
@@ -31,6 +34,7 @@ class Evaluation(Model):
         methods: Summaries by method.
         flights: Outcomes of every flight, in order.
         failed: Flights that could not be run; they are in no other number.
+        forging: The time that forging takes, where that was asked for.
     """
 
     version: str
@@ -39,15 +43,25 @@ class Evaluation(Model):
     methods: dict[str, MethodSummary]
     flights: list[FlightOutcome]
     failed: list[FailedFlight]
+    forging: list[ForgingTime] | None = None
 
 
-def run_case(parameters: MonitorParameters, case: Case) -> FlightOutcome:
+def run_case(parameters: MonitorParameters, case: Case, *, forging: bool = False) -> FlightOutcome:
     """Run one flight through the monitor and judge every method.
+
+    Args:
+        parameters: Parameters of every part.
+        case: The flight.
+        forging: Judge the quality of the forged data and the published KLD too.
 
     Raises:
         ValueError: The flight cannot be read or made; the text names it.
     """
-    done = case.run(parameters, baselines=BASELINES)
+    data = ForgedData()
+    if forging:
+        done = case.run(parameters, baselines={**BASELINES, **FAITHFUL_KLD}, on_sample=data.add)
+    else:
+        done = case.run(parameters, baselines=BASELINES)
     attack, start_ns = done.attack, done.run.start_ns
     kind = class_of(case, attack)
 
@@ -63,6 +77,7 @@ def run_case(parameters: MonitorParameters, case: Case) -> FlightOutcome:
         attack_end_s=None if end_ns is None else seconds(end_ns),
         methods=judge_case(done, parameters.fusion),
         injected=case.injected,
+        forged=data.quality(attack) if forging else None,
     )
 
 
@@ -70,11 +85,13 @@ def run_cases(
     cases: Sequence[Case],
     parameters: MonitorParameters,
     *,
+    forging: bool = False,
     jobs: int = 1,
     on_done: Callable[[int], None] | None = None,
 ) -> list[FlightOutcome | Failure]:
-    """Run flights on several cores, see `map_cases`."""
-    return map_cases(partial(run_case, parameters), cases, jobs=jobs, on_done=on_done)
+    """Run flights on several cores, see `run_case` and `map_cases`."""
+    run = partial(run_case, parameters, forging=forging)
+    return map_cases(run, cases, jobs=jobs, on_done=on_done)
 
 
 def evaluate(
@@ -83,6 +100,7 @@ def evaluate(
     *,
     source: str,
     policy: str,
+    forging: bool = False,
     jobs: int = 1,
     on_done: Callable[[int], None] | None = None,
 ) -> Evaluation:
@@ -93,10 +111,11 @@ def evaluate(
         parameters: Parameters of every part.
         source: Where the flights come from, for the record.
         policy: Where the parameters come from, for the record.
+        forging: See `run_case`.
         jobs: How many processes.
         on_done: Called after each flight with the number of flights that are done.
     """
-    results = run_cases(cases, parameters, jobs=jobs, on_done=on_done)
+    results = run_cases(cases, parameters, forging=forging, jobs=jobs, on_done=on_done)
     flights = [result for result in results if isinstance(result, FlightOutcome)]
     failed = [
         FailedFlight(name=result.name, reason=result.reason)
@@ -111,4 +130,5 @@ def evaluate(
         methods={name: summarise(flights, name) for name in names},
         flights=flights,
         failed=failed,
+        forging=forging_times() if forging else None,
     )

@@ -7,6 +7,7 @@ from html import escape
 
 import plotly.graph_objects as go
 
+from hijack_detect.evaluation.scores.basan_tables import basan_tables
 from hijack_detect.evaluation.scores.evaluate import Evaluation
 from hijack_detect.evaluation.scores.evaluation_tables import (
     DEFINITIONS,
@@ -51,6 +52,7 @@ def evaluation_page(evaluation: Evaluation) -> str:
             f"<title>{escape(title)}</title><style>{STYLE}</style></head><body>",
             f"<h1>Evaluation: {escape(title)}</h1><p>{escape(facts)}</p>",
             *(_section(table(evaluation)) for table in tables),
+            *(map(_section, basan_tables(evaluation)) if evaluation.forging else ()),
             _roc(evaluation),
             _list(
                 "Methods", {name: EXPLAINED.get(name, "detector") for name in evaluation.methods}

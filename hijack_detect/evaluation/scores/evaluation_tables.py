@@ -19,8 +19,8 @@ DEFINITIONS = {
     "flights. Those where it came before the onset are counted as “early” too, those where it "
     "came after the attack as “late”.",
     "False alarms per hour": "Episodes of alarms that began in clean time, per hour of it: clean "
-    "flights whole, hijacked ones until the onset. `both` and `fusion` keep their alarm, so they "
-    "have at most one a flight.",
+    "flights whole, hijacked ones until the onset. `kld`, `both` and `fusion` keep their alarm, so "
+    "they have at most one a flight.",
     "Time to detect": "From the onset to the first alarm, over the detected flights.",
     "Deviation": "Distance between the true and the reported position at that alarm, where the "
     "true one is known.",
@@ -37,6 +37,8 @@ EXPLAINED = {
     "ins_position": "dead-reckoned position against GPS (Feng 2018, §3.3), a baseline",
     "correlation": "gyroscope yaw against GPS course (Feng 2018, §4)",
     "date": "acceleration from GPS against the accelerometer (DATE'17)",
+    "kld": "Kullback-Leibler statistics of the GPS (Basan 2022)",
+    "kld_faithful": "the same as published",
     "both": "correlation and date have both alarmed (Feng 2018, §5)",
     "fusion": "the monitor's alert",
 }

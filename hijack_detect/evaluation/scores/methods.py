@@ -16,19 +16,23 @@ from functools import partial
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import BaseModel, ConfigDict
 
 from hijack_detect.detectors.fusion import Fusion, FusionParameters, FusionResult
 from hijack_detect.detectors.ins_position import InsPosition, InsPositionParameters
+from hijack_detect.detectors.kld import KldDetector
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.evaluation.ground_truth.outcome import Attack, alert_is_right
 from hijack_detect.evaluation.monitor.graph import DETECTORS, Baselines
 from hijack_detect.evaluation.monitor.offline import OfflineRun
+from hijack_detect.evaluation.monitor.policies import policy_parameters
+from hijack_detect.evaluation.scores.model import Model
 from hijack_detect.evaluation.trials.cases import CaseRun
 from hijack_detect.streams.samples import NANOSECONDS
 
 BASELINES: Baselines = {InsPosition.NAME: partial(InsPosition, InsPositionParameters())}
 """Methods to compare with that no node runs."""
+FAITHFUL_KLD: Baselines = {"kld_faithful": partial(KldDetector, policy_parameters("paper").kld)}
+"""The published KLD beside the hardened one, for Basan's experiment."""
 PAIR = ("correlation", "date")
 """The methods that `both` consists of."""
 PAPER = FusionParameters(policy="paper")
@@ -57,12 +61,6 @@ class Judgement(enum.Enum):
         return self in (Judgement.QUIET, Judgement.DETECTED)
 
 
-class Model(BaseModel):
-    """Base of the results: fixed once made, and no NaN in JSON."""
-
-    model_config = ConfigDict(frozen=True, allow_inf_nan=False)
-
-
 class MethodOutcome(Model):
     """What one method did on one flight; times in seconds from the flight's first message.
 
@@ -78,6 +76,9 @@ class MethodOutcome(Model):
         found_s: From onset to the first alarm that began inside the attack, as if a pilot had
             taken back every alarm before. It says what a method sees of an attack on a flight
             on which it had been wrong already; None for nothing.
+        claimed: Share of the verdicts within the attack whose score is above the threshold, kept
+            alarms apart: how long a method goes on seeing an attack. None without an attack, and
+            for `both` and `fusion`.
     """
 
     judgement: Judgement
@@ -88,6 +89,7 @@ class MethodOutcome(Model):
     deviation_m: float | None
     score: float
     found_s: float | None = None
+    claimed: float | None = None
 
 
 @dataclass(frozen=True)
@@ -98,11 +100,13 @@ class Trace:
         stamps_ns: Stamps in order, nanoseconds.
         alarms: Whether it alarmed.
         margins: Score over threshold, or another number that grows with suspicion.
+        thresholded: Whether margins above 1 are claims.
     """
 
     stamps_ns: npt.NDArray[np.int64]
     alarms: npt.NDArray[np.bool_]
     margins: npt.NDArray[np.float64]
+    thresholded: bool
 
 
 def judge_case(
@@ -172,13 +176,14 @@ def judge(case: CaseRun, trace: Trace) -> MethodOutcome:
         deviation_m=None if found is None or not run.separations else run.separation_at(found),
         score=_score(trace, attack),
         found_s=None if attack is None else _found_s(trace, attack),
+        claimed=_claimed(trace, attack),
     )
 
 
 def traces(run: OfflineRun) -> dict[str, Trace]:
     """What every method said, by its name, the simplest first."""
     found = {name: _verdict_trace(verdicts) for name, verdicts in run.verdicts.items()}
-    baselines = [name for name in found if name in BASELINES]
+    baselines = [name for name in found if name in {**BASELINES, **FAITHFUL_KLD}]
     order = dict.fromkeys((*baselines, *PAIR, "both", *found, "fusion"))
     found["both"] = _alert_trace(fused(run.verdicts, PAPER, PAIR))
     found["fusion"] = _alert_trace(run.results)
@@ -196,24 +201,27 @@ def fused(
 
 
 def _verdict_trace(verdicts: Sequence[Verdict]) -> Trace:
-    return _trace((v.stamp_ns, v.state is State.ALARM, v.margin) for v in verdicts)
+    rows = ((v.stamp_ns, v.state is State.ALARM, v.margin) for v in verdicts)
+    return _trace(rows, thresholded=True)
 
 
 def _alert_trace(results: Sequence[FusionResult]) -> Trace:
     """Confidence counts up to the alert only: it is latched, and says no more afterwards."""
-    return _trace(
+    rows = (
         (r.stamp_ns, r.alert, r.confidence if r.alert_since_ns in (None, r.stamp_ns) else 0.0)
         for r in results
     )
+    return _trace(rows, thresholded=False)
 
 
-def _trace(claims: Iterable[tuple[int, bool, float]]) -> Trace:
+def _trace(claims: Iterable[tuple[int, bool, float]], *, thresholded: bool) -> Trace:
     rows = list(claims)
     stamps, alarms, margins = zip(*rows, strict=True) if rows else ((), (), ())
     return Trace(
         np.array(stamps, dtype=np.int64),
         np.array(alarms, dtype=np.bool_),
         np.array(margins, dtype=np.float64),
+        thresholded,
     )
 
 
@@ -247,11 +255,24 @@ def _found_s(trace: Trace, attack: Attack) -> float | None:
     return _since_onset_s(begun[0], attack) if begun else None
 
 
+def _claimed(trace: Trace, attack: Attack | None) -> float | None:
+    """Share of the verdicts within the attack that claim it by themselves."""
+    if attack is None or not trace.thresholded:
+        return None
+    within = _within(trace, attack)
+    return float(np.mean(trace.margins[within] > 1.0)) if within.any() else None
+
+
 def _score(trace: Trace, attack: Attack | None) -> float:
     """Largest margin of a clean flight, or within the attack; 0 where nothing was said."""
+    return float(np.max(trace.margins, where=_within(trace, attack), initial=0.0))
+
+
+def _within(trace: Trace, attack: Attack | None) -> npt.NDArray[np.bool_]:
+    """Which stamps lie within the attack; all of them without one."""
     wanted = np.ones(len(trace.stamps_ns), dtype=np.bool_)
     if attack is not None:
         wanted = trace.stamps_ns >= attack.onset_ns
         if attack.end_ns is not None:
             wanted &= trace.stamps_ns < attack.end_ns
-    return float(np.max(trace.margins, where=wanted, initial=0.0))
+    return wanted

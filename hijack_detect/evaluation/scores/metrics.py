@@ -7,7 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.stats import binomtest, chi2
 
-from hijack_detect.evaluation.scores.methods import Judgement, MethodOutcome, Model
+from hijack_detect.evaluation.scores.forged import ForgedValues
+from hijack_detect.evaluation.scores.methods import Judgement, MethodOutcome
+from hijack_detect.evaluation.scores.model import Model
 from hijack_detect.evaluation.scores.roc import roc_area
 
 LEVEL = 0.95
@@ -25,6 +27,7 @@ class FlightOutcome(Model):
         methods: Outcomes by method.
         injected: Whether it is a recorded flight with an attack put in. The flight itself is
             judged too, and its clean time counts there.
+        forged: The quality of the forged data by parameter, where that was asked for.
     """
 
     name: str
@@ -34,6 +37,7 @@ class FlightOutcome(Model):
     attack_end_s: float | None
     methods: dict[str, MethodOutcome]
     injected: bool = False
+    forged: dict[str, ForgedValues] | None = None
 
     @property
     def clean_s(self) -> float:

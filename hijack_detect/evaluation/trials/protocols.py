@@ -18,6 +18,7 @@ from functools import partial
 
 import numpy as np
 
+from hijack_detect.evaluation.trials.basan2022 import basan2022
 from hijack_detect.evaluation.trials.cases import SimulatedCase
 from hijack_detect.simulation.plan import FlightPlan, forward_end_s, forward_start_s
 from hijack_detect.spoofing.scenario import Scenario, parse_scenario
@@ -65,6 +66,7 @@ def feng2018(scale: int = 1, *, noise_m: float = 0.0) -> list[SimulatedCase]:
 PROTOCOLS: Mapping[str, Callable[[int], list[SimulatedCase]]] = {
     "feng2018": feng2018,
     "feng2018_noisy": partial(feng2018, noise_m=NOISE_M),
+    "basan2022": basan2022,
 }
 """Makers of the cases by name of the protocol; the argument is the scale."""
 

@@ -7,6 +7,7 @@ import pytest
 from hijack_detect.detectors.fusion import FusionParameters, FusionResult
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.evaluation.ground_truth.outcome import Attack
+from hijack_detect.evaluation.monitor.graph import DETECTORS
 from hijack_detect.evaluation.monitor.offline import OfflineRun
 from hijack_detect.evaluation.monitor.policies import policy_parameters
 from hijack_detect.evaluation.scores.evaluate import run_case
@@ -53,7 +54,7 @@ def case_run(
 ) -> CaseRun:
     """A flight of ten seconds, attacked between two of them."""
     run = OfflineRun(START_NS)
-    run.verdicts = {name: quiet(name) for name in ("correlation", "date")} | said
+    run.verdicts = {name: quiet(name) for name in DETECTORS} | said
     run.results = results or []
     run.separations = [(START_NS + s * NANOSECONDS, 10.0 * s) for s in range(11)]
     known = None
@@ -164,7 +165,7 @@ def test_the_confidence_of_the_fusion_counts_up_to_the_alert() -> None:
 
 def test_methods_are_in_order_and_later_detectors_are_among_them() -> None:
     run = case_run(later=quiet("later"), **{name: quiet(name) for name in BASELINES})
-    names = ["ins_position", "correlation", "date", "both", "later", "fusion"]
+    names = ["ins_position", "correlation", "date", "both", "kld", "later", "fusion"]
     assert list(judge_case(run)) == names
 
 
@@ -173,7 +174,7 @@ def test_a_simulated_flight_gives_the_same_outcome_each_time() -> None:
     first, again = (run_case(policy_parameters("paper"), case) for _ in range(2))
     assert first == again
     assert (first.kind, first.duration_s, first.clean_s) == ("straight", 60.0, 60.0)
-    assert list(first.methods) == ["ins_position", "correlation", "date", "both", "fusion"]
+    assert list(first.methods) == [*BASELINES, *PAIR, "both", "kld", "fusion"]
 
 
 def test_what_is_seen_of_an_attack_after_false_alarms() -> None:
@@ -183,6 +184,7 @@ def test_what_is_seen_of_an_attack_after_false_alarms() -> None:
     correlation = verdicts("correlation", *[(A, 2.0), *[(N, 0.1)] * 4, (A, 1.5)])
     run = case_run((4, 9), [result(1, 1, 1.0)], correlation=correlation, date=date)
     found = judge_case(run, FusionParameters(policy="default"))
+    assert found.pop("kld").judgement is J.MISSED
     assert {name: one.judgement for name, one in found.items()} == dict.fromkeys(found, J.EARLY)
     # An alarm that begins at the onset is of the attack: it was not on before.
     assert found["date"].found_s == 0.0
@@ -197,3 +199,12 @@ def test_an_alarm_that_goes_on_is_not_found_anew() -> None:
     date = verdicts("date", *[(A, 2.0)] * 9)
     found = judge_case(case_run((4, 9), [result(1, 1, 1.0)], date=date))
     assert {name: one.found_s for name, one in found.items()} == dict.fromkeys(found)
+
+
+def test_claimed_is_the_share_of_the_attack_that_a_method_sees_by_itself() -> None:
+    said = verdicts("kld", (N, 0.5), (A, 3.0), (A, 2.0), (A, 0.2), (A, 0.1), (A, 9.0))
+    found = judge_case(case_run((2, 6), kld=said))
+    # Four verdicts lie within seconds 2 to 6, two of them above 1; the kept alarm is no claim.
+    assert found["kld"].claimed == 0.5
+    assert found["fusion"].claimed is None
+    assert judge_case(case_run(kld=said))["kld"].claimed is None
