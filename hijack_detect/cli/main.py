@@ -14,6 +14,7 @@ from hijack_detect.cli.common import PATH, BadInput
 from hijack_detect.cli.environment import add_own_prefix
 from hijack_detect.cli.evaluate import evaluate
 from hijack_detect.cli.inject import inject
+from hijack_detect.cli.journal import journal
 from hijack_detect.cli.simulate import simulate
 from hijack_detect.cli.sweep import sweep
 from hijack_detect.cli.tune import tune
@@ -101,6 +102,7 @@ def params(policy: str) -> None:
 main.add_command(analyze)
 main.add_command(evaluate)
 main.add_command(inject)
+main.add_command(journal)
 main.add_command(simulate)
 main.add_command(sweep)
 main.add_command(tune)

@@ -10,4 +10,4 @@ MONITOR = (
     "kld_detector",
     "fusion",
 )
-NODES = (*MONITOR, "bag_replay", "gps_spoofer")
+NODES = (*MONITOR, "bag_replay", "gps_spoofer", "recorder")

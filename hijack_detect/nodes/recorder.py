@@ -1,0 +1,177 @@
+"""Keeps a journal of the flight, and a bag of what was around each alert.
+
+Subscribes the inputs imu/data_raw, gps/fix, gps/vel, mag, pressure and gps/satellites,
+DETECTOR/verdict of every detector, fusion/verdict, hijack_alert, and spoof_active where there is a
+ground truth. imu/data and gps/course are not recorded: they follow from the inputs.
+Publishes ~/snapshot (String, latched: the path of the newest snapshot) and /diagnostics.
+
+Writes FOLDER/journal.sqlite3, read by `hijack-detect journal`, and FOLDER/snapshots/alert_TIME,
+read by `hijack-detect analyze` and rosbag2. A disk that is full or cannot be written is reported;
+nothing else stops.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import TwistStamped
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.serialization import deserialize_message
+from sensor_msgs.msg import FluidPressure, Imu, MagneticField, NavSatFix
+from std_msgs.msg import Bool, String, UInt32
+
+from hijack_detect import __version__
+from hijack_detect.bags.topics import OWN_TOPICS, TYPES
+from hijack_detect.evaluation.monitor.graph import DETECTORS
+from hijack_detect.nodes.messages import status, verdict_from
+from hijack_detect.nodes.parameters import declare
+from hijack_detect.nodes.qos import INTERNAL, OVERRIDES, SENSOR, STATE
+from hijack_detect.nodes.running import run
+from hijack_detect.parameters import ParameterError
+from hijack_detect.recording.parameters import RecorderParameters
+from hijack_detect.recording.problems import Level
+from hijack_detect.recording.recorder import Recorder
+from hijack_detect.recording.source import FUSION, Source
+
+KINDS = {
+    "imu": Imu,
+    "fix": NavSatFix,
+    "velocity": TwistStamped,
+    "mag": MagneticField,
+    "pressure": FluidPressure,
+    "satellites": UInt32,
+}
+"""Message class of each input."""
+JOURNALED = ("fix", "velocity", "satellites")
+FLAGS = ("hijack_alert", "spoof_active")
+EVERY_STATE = QoSProfile(
+    history=HistoryPolicy.KEEP_LAST,
+    depth=500,
+    reliability=ReliabilityPolicy.RELIABLE,
+    durability=DurabilityPolicy.TRANSIENT_LOCAL,
+)
+"""As STATE, but for one who wants all that was said and not only the newest."""
+TICK_S = 0.1
+REPORT_S = 1.0
+LEVELS: dict[Level, bytes] = {
+    "info": DiagnosticStatus.OK,
+    "warning": DiagnosticStatus.WARN,
+    "error": DiagnosticStatus.ERROR,
+}
+
+
+class RecorderNode(Node):
+    """Hands raw messages to a `Recorder`. Parameters are read-only: files would change."""
+
+    def __init__(self) -> None:
+        """Open the folder and subscribe; a folder that cannot be used is reported, not raised.
+
+        Raises:
+            ParameterError: A parameter is unknown or out of bounds.
+        """
+        super().__init__("recorder", automatically_declare_parameters_from_overrides=True)
+        try:
+            parameters = declare(self, RecorderParameters, read_only=True)
+        except ParameterError as error:
+            raise ParameterError(f"recorder: {error}") from error
+        self._path = self.create_publisher(String, "~/snapshot", STATE)
+        self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        name = self.get_fully_qualified_name()
+        self._recorder = Recorder(parameters, name, __version__, self._tell, self._announce)
+        for name, topic in OWN_TOPICS.items():
+            decode = _decoder(KINDS[name]) if name in JOURNALED else None
+            self._record(name, topic, KINDS[name], SENSOR, decode, stamped=name != "satellites")
+        for name in DETECTORS:
+            self._record(name, f"{name}/verdict", DiagnosticArray, INTERNAL, _verdict)
+        heard = _decoder(DiagnosticArray)
+        self._record(FUSION, f"{FUSION}/verdict", DiagnosticArray, INTERNAL, heard)
+        for name in FLAGS:
+            self._record(name, name, Bool, EVERY_STATE, None, stamped=False)
+        wall = Clock(clock_type=ClockType.STEADY_TIME)  # a disk knows no simulated time
+        self.create_timer(TICK_S, self._tick, clock=wall)
+        self.create_timer(REPORT_S, self._report, clock=wall)
+
+    def destroy_node(self) -> None:
+        """Finish snapshot and journal too."""
+        self._recorder.close()
+        super().destroy_node()
+
+    def _record(
+        self,
+        name: str,
+        topic: str,
+        kind: Any,
+        qos: QoSProfile,
+        decode: Callable[[bytes], Any] | None,
+        *,
+        stamped: bool = True,
+    ) -> None:
+        """Subscribe a topic as bytes."""
+        msgtype = TYPES.get(name) or f"{kind.__module__.split('.')[0]}/msg/{kind.__name__}"
+        source = Source(name, self.resolve_topic_name(topic), msgtype, stamped, decode)
+
+        def heard(data: bytes) -> None:
+            try:
+                self._recorder.hear(source, data)
+            except Exception as error:  # what is recorded must not end the recorder
+                self._recorder.refuse(source, error)
+
+        self.create_subscription(
+            kind,
+            topic,
+            heard,
+            qos,
+            raw=True,
+            qos_overriding_options=OVERRIDES,
+        )
+
+    def _tick(self) -> None:
+        try:
+            self._recorder.tick()
+        except Exception as error:  # a recorder outlives its own mistakes, and says so
+            self.get_logger().error(f"internal error: {error!r}", throttle_duration_sec=10.0)
+
+    def _tell(self, level: Level, text: str) -> None:
+        # rclpy wants one severity for each line that logs.
+        if level == "error":
+            self.get_logger().error(text)
+        elif level == "warning":
+            self.get_logger().warning(text)
+        else:
+            self.get_logger().info(text)
+
+    def _announce(self, path: Path) -> None:
+        if self.context.ok():
+            self._path.publish(String(data=str(path)))
+
+    def _report(self) -> None:
+        """Publish on /diagnostics how the recorder is doing, once a second."""
+        report = self._recorder.report()
+        name = f"{self.get_fully_qualified_name()}: recorder"
+        message = DiagnosticArray(
+            status=[status(name, LEVELS[report.level], report.text, report.values)]
+        )
+        message.header.stamp = self.get_clock().now().to_msg()
+        self._diagnostics.publish(message)
+
+
+def _decoder(kind: Any) -> Callable[[bytes], Any]:
+    return lambda data: deserialize_message(data, kind)
+
+
+def _verdict(data: bytes) -> Any:
+    return verdict_from(deserialize_message(data, DiagnosticArray))
+
+
+def main() -> None:
+    """Run the node."""
+    run(RecorderNode, __doc__ or "")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""The durable store and the black box: files written in flight, without ROS."""

@@ -1,0 +1,201 @@
+"""Which messages belong to which snapshot: decided on header stamps alone.
+
+The log time of a message is its stamp, and never less than that of the message before of its topic.
+One with a broken stamp has the time of the one before; one without a header, or of a sensor with a
+clock of its own, that of the recording, which is the newest stamp of all. A snapshot is in order of
+log time. So a flight replayed at four times its speed gives the same seconds in the same order,
+however late one topic arrives after another.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import datetime, timedelta, timezone
+
+from hijack_detect.bags.reader import RawMessage
+from hijack_detect.recording.cdr import header_stamp_ns
+from hijack_detect.recording.parameters import MEGABYTE, RecorderParameters
+from hijack_detect.recording.ring import Ring, size_of
+from hijack_detect.recording.snapshot import Snapshot
+from hijack_detect.recording.stamp_clock import StampClock
+from hijack_detect.streams.samples import NANOSECONDS
+
+SLACK_S = 30.0
+"""Kept longer than `before_s`: an alert arrives later than its stamp, in a fast replay by more than
+ten seconds of the flight. A stamp this far from the others is that of another clock."""
+GRACE_S = 2.0
+"""Waited, on stamps, for what arrives after the end of a snapshot and belongs into it."""
+QUIET_S = 5.0
+"""A snapshot is finished when nothing has arrived for so long, by the wall clock."""
+_EPOCH = datetime(1970, 1, 1, tzinfo=timezone.utc)
+
+
+@dataclass
+class _Pending:
+    name: str
+    alerts_ns: list[int]
+    since_ns: int
+    until_ns: int
+    messages: list[RawMessage]
+    after_bytes: int = 0
+    parts: int = 0
+    new_alert: bool = True
+
+
+class BlackBox:
+    """Keeps the last messages, and collects those around an alert.
+
+    `due` gives what is to be written: at an alert at once a part with all that was before, and
+    when the time after it is over the whole. An alert within that time makes the snapshot
+    longer, and gives another part.
+    """
+
+    def __init__(
+        self, parameters: RecorderParameters, unused: Callable[[str], str] = lambda name: name
+    ) -> None:
+        """Begin empty.
+
+        Args:
+            parameters: Seconds and bytes.
+            unused: Makes the name of a snapshot one that is not in use.
+        """
+        self._slack_ns = round(SLACK_S * NANOSECONDS)
+        self._grace_ns = round(GRACE_S * NANOSECONDS)
+        self._before_ns = round(parameters.before_s * NANOSECONDS)
+        self._after_ns = round(parameters.after_s * NANOSECONDS)
+        self._max_bytes = parameters.ring_max_mb * MEGABYTE // 2
+        self._unused = unused
+        self._clock = StampClock()
+        self.ring = Ring(parameters.before_s + SLACK_S, self._max_bytes)
+        self._logged_ns: dict[str, int] = {}
+        self._pending: _Pending | None = None
+        self._finished: list[Snapshot] = []
+        self._heard_s = 0.0
+
+    @property
+    def now_ns(self) -> int | None:
+        """Newest stamp that is believed, nanoseconds."""
+        return self._clock.now_ns
+
+    @property
+    def size(self) -> int:
+        """Memory of all messages, bytes."""
+        return self.ring.size + (self._pending.after_bytes if self._pending else 0)
+
+    @property
+    def collecting(self) -> bool:
+        """Whether the time after an alert is not over."""
+        return self._pending is not None
+
+    def hear(
+        self, name: str, topic: str, msgtype: str, data: bytes, *, stamped: bool, wall_s: float
+    ) -> int | None:
+        """Take one message.
+
+        Args:
+            name: Name of the input.
+            topic: Absolute topic under which it is written.
+            msgtype: Type as `std_msgs/msg/Bool`.
+            data: CDR bytes.
+            stamped: Whether it begins with a header.
+            wall_s: A steady clock, seconds.
+
+        Returns:
+            Its stamp in nanoseconds, None if it has none that can be believed.
+        """
+        self._heard_s = wall_s
+        stamp_ns = header_stamp_ns(data) if stamped else None
+        if stamp_ns is not None and not self._clock.push(name, stamp_ns):
+            stamp_ns = None
+        if stamp_ns is not None and self._clock.restarted:
+            self.finish()
+            self.ring.clear()
+            self._logged_ns.clear()
+        now_ns = self._clock.now_ns
+        if now_ns is None:
+            return None
+        log_ns = self._logged_ns[topic] = self._log_time(topic, stamp_ns, now_ns, stamped=stamped)
+        self._keep(RawMessage(topic, msgtype, log_ns, data), now_ns)
+        return stamp_ns
+
+    def alert(self, stamp_ns: int | None) -> None:
+        """Collect what is around an alert.
+
+        Args:
+            stamp_ns: Stamp of the alert, nanoseconds; None for now.
+        """
+        alert_ns = self._clock.now_ns if stamp_ns is None else stamp_ns
+        if alert_ns is None:
+            return
+        pending = self._pending
+        if pending is not None:
+            pending.alerts_ns.append(alert_ns)
+            pending.until_ns = max(pending.until_ns, alert_ns + self._after_ns)
+            pending.new_alert = True
+            return
+        since_ns = alert_ns - self._before_ns
+        messages = [one for one in self.ring if one.log_ns >= since_ns]
+        name = self._unused(snapshot_name(alert_ns))
+        self._pending = _Pending(name, [alert_ns], since_ns, alert_ns + self._after_ns, messages)
+
+    def due(self, wall_s: float, *, busy: bool = False) -> list[Snapshot]:
+        """Take the snapshots that are to be written now.
+
+        Args:
+            wall_s: A steady clock, seconds.
+            busy: Whether another is being written; then a part has to wait.
+        """
+        pending = self._pending
+        if pending is not None and pending.new_alert and not busy:
+            pending.new_alert = False
+            pending.parts += 1
+            self._add(_snapshot(pending, pending.parts))
+        if pending is not None and wall_s - self._heard_s > QUIET_S:
+            self.finish()
+        finished, self._finished = self._finished, []
+        return finished
+
+    def finish(self) -> None:
+        """End the snapshot that is being collected with what there is."""
+        if self._pending is not None:
+            self._add(_snapshot(self._pending, 0))
+            self._pending = None
+
+    def _add(self, snapshot: Snapshot) -> None:
+        if snapshot.messages:
+            self._finished.append(snapshot)
+
+    def _log_time(self, topic: str, stamp_ns: int | None, now_ns: int, *, stamped: bool) -> int:
+        before_ns = self._logged_ns.get(topic)
+        if stamp_ns is not None and abs(stamp_ns - now_ns) <= self._slack_ns:
+            return stamp_ns if before_ns is None else max(stamp_ns, before_ns)
+        broken = stamped and stamp_ns is None
+        return before_ns if broken and before_ns is not None else now_ns
+
+    def _keep(self, message: RawMessage, now_ns: int) -> None:
+        self.ring.push(message)
+        pending = self._pending
+        if pending is None:
+            return
+        size = size_of(message)
+        over = now_ns > pending.until_ns + self._grace_ns
+        if over or pending.after_bytes + size > self._max_bytes:
+            self.finish()
+            return
+        pending.messages.append(message)
+        pending.after_bytes += size
+
+
+def snapshot_name(alert_ns: int) -> str:
+    """Name of a snapshot: UTC of the alert's stamp, as `alert_20261125T133510.123Z`."""
+    milliseconds = alert_ns // 1_000_000
+    moment = _EPOCH + timedelta(milliseconds=milliseconds)
+    return f"alert_{moment:%Y%m%dT%H%M%S}.{milliseconds % 1000:03d}Z"
+
+
+def _snapshot(pending: _Pending, part: int) -> Snapshot:
+    since_ns, until_ns = pending.since_ns, pending.until_ns
+    inside = (one for one in pending.messages if since_ns <= one.log_ns <= until_ns)
+    messages = sorted(inside, key=lambda one: one.log_ns)
+    return Snapshot(pending.name, part, tuple(pending.alerts_ns), messages)

@@ -1,0 +1,166 @@
+"""Keeps a journal going: batches, retries, and a damaged file moved out of the way."""
+
+from __future__ import annotations
+
+import sqlite3
+from collections import Counter
+from contextlib import suppress
+from datetime import datetime, timezone
+from pathlib import Path
+
+from hijack_detect.recording.advice import told
+from hijack_detect.recording.journal import (
+    AlienFileError,
+    Journal,
+    JournalError,
+    Session,
+)
+from hijack_detect.recording.queue import RowQueue
+from hijack_detect.recording.rows import Row
+from hijack_detect.recording.sqlite_file import files_of, is_damage
+
+RETRY_S = 3.0
+COMMIT_S = 0.4
+"""A row waits at most so long for its commit,"""
+COMMIT_ROWS = 2000
+"""and less if so many wait with it."""
+_ERRORS = (sqlite3.Error, OSError, JournalError)
+
+
+class JournalKeeper:
+    """Takes rows at any time, and writes them when the disk takes them. Nothing is raised.
+
+    Attributes:
+        problem: Why nothing can be written at the moment, in one sentence; empty if it can.
+        notes: What else happened, one sentence each; the caller takes them out.
+        written: Rows written, by table.
+    """
+
+    def __init__(self, path: Path, max_bytes: int, max_age_ns: int, session: Session) -> None:
+        self.path = path
+        self._max_bytes, self._max_age_ns, self._session = max_bytes, max_age_ns, session
+        self._journal: Journal | None = None
+        self._queue = RowQueue()
+        self._oldest_s: float | None = None
+        self._not_before_s = 0.0
+        self.problem = ""
+        self.notes: list[str] = []
+        self.written: Counter[str] = Counter()
+
+    @property
+    def dropped(self) -> Counter[str]:
+        """Rows dropped because too many were waiting for the disk, by table."""
+        return self._queue.dropped
+
+    @property
+    def waiting(self) -> int:
+        """Rows that are not written yet."""
+        return len(self._queue)
+
+    @property
+    def size(self) -> int:
+        """Bytes of the journal on disk; 0 if it is not open."""
+        try:
+            return 0 if self._journal is None else self._journal.size
+        except OSError:
+            return 0
+
+    def add(self, row: Row, wall_s: float) -> None:
+        """Take a row, at a time of a steady clock in seconds."""
+        self._queue.add(row)
+        if self._oldest_s is None:
+            self._oldest_s = wall_s
+
+    def tick(self, wall_s: float, wall_ns: int) -> None:
+        """Commit what has waited for long enough; to be called ten times a second."""
+        old = self._oldest_s is not None and wall_s - self._oldest_s >= COMMIT_S
+        if old or self.waiting > COMMIT_ROWS or self.problem or self._journal is None:
+            self.commit(wall_s, wall_ns)
+
+    def commit(self, wall_s: float, wall_ns: int, *, retry: bool = False) -> bool:
+        """Commit everything now; return whether it is on disk.
+
+        Args:
+            wall_s: A steady clock, seconds.
+            wall_ns: The wall clock, nanoseconds.
+            retry: Whether to try although the last attempt failed a moment ago.
+        """
+        if wall_s < self._not_before_s and not retry:
+            return False
+        try:
+            journal = self._opened(wall_ns)
+            while rows := self._queue.first(journal.max_transaction_bytes):
+                journal.write(rows)
+                self._queue.remove(len(rows))
+                self.written.update(row.table for row in rows)
+            self._oldest_s = None
+            journal.tidy(wall_ns - self._max_age_ns if self._max_age_ns else None)
+        except _ERRORS as error:
+            self._failed(error, wall_s, wall_ns)
+            return not self._queue
+        self.problem = ""
+        return True
+
+    def mark_removed(self, paths: list[str], wall_s: float, wall_ns: int) -> bool:
+        """Note that snapshots are about to be deleted; return whether that is on disk."""
+        if not self.commit(wall_s, wall_ns) or self._journal is None:
+            return False
+        try:
+            self._journal.mark_removed(paths)
+        except _ERRORS as error:
+            self._failed(error, wall_s, wall_ns)
+            return False
+        return True
+
+    def snapshot_paths(self, wall_s: float, wall_ns: int) -> set[str] | None:
+        """Paths of the snapshots that the journal lists; None if it cannot be read."""
+        if not self.commit(wall_s, wall_ns) or self._journal is None:
+            return None
+        try:
+            return self._journal.snapshot_paths()
+        except _ERRORS as error:
+            self._failed(error, wall_s, wall_ns)
+            return None
+
+    def close(self, wall_s: float, wall_ns: int) -> None:
+        """Commit what waits, note the end of the session, and close the file."""
+        self.commit(wall_s, wall_ns, retry=True)
+        if self._journal is not None:
+            with suppress(*_ERRORS):
+                self._journal.end_session(wall_ns)
+        self._close()
+
+    def _opened(self, wall_ns: int) -> Journal:
+        if self._journal is not None and self._journal.gone:
+            self.notes.append(f"{self.path}: was deleted or replaced; a new journal is begun")
+            self._close()
+        if self._journal is None:
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            try:
+                self._journal = Journal(self.path, self._max_bytes, self._session)
+            except AlienFileError as error:
+                self._move_aside(error, wall_ns)
+                self._journal = Journal(self.path, self._max_bytes, self._session)
+        return self._journal
+
+    def _failed(self, error: Exception, wall_s: float, wall_ns: int) -> None:
+        self._close()
+        self.problem = told(self.path, error)
+        self._not_before_s = wall_s + RETRY_S
+        if isinstance(error, sqlite3.DatabaseError) and is_damage(error):
+            with suppress(OSError):
+                self._move_aside(error, wall_ns)
+
+    def _move_aside(self, error: Exception, wall_ns: int) -> None:
+        moment = datetime.fromtimestamp(wall_ns // 10**9, timezone.utc)
+        name = f"{self.path.name}.damaged-{moment:%Y%m%dT%H%M%SZ}"
+        for file in files_of(self.path):
+            suffix = file.name.removeprefix(self.path.name)
+            file.rename(self.path.with_name(name + suffix))
+        self.notes.append(f"{told(self.path, error)}; moved aside as {name}, a new one is begun")
+
+    def _close(self) -> None:
+        if self._journal is not None:
+            with suppress(sqlite3.Error):
+                self._journal.close()
+            self._journal = None

@@ -1,0 +1,178 @@
+"""Reading a journal: also while it is written, and from a disk that cannot be written."""
+
+from __future__ import annotations
+
+import shutil
+import sqlite3
+import tempfile
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+from hijack_detect.recording import schema
+from hijack_detect.recording.journal import JournalError
+from hijack_detect.recording.sqlite_file import files_of
+
+PAGE_ROWS = 5000
+"""Rows read in one go. Between two reads the recorder can empty its log, which would grow without
+end beside a reader that never pauses."""
+PATIENCE_S = 5.0
+"""The recorder locks the file for moments only."""
+
+
+@dataclass(frozen=True)
+class Query:
+    """Which rows. Times are nanoseconds since 1970, of `schema.time_column`.
+
+    `last` gives the last so many of those that fit, `limit` the first so many.
+    """
+
+    table: str
+    since_ns: int | None = None
+    until_ns: int | None = None
+    detector: str | None = None
+    state: str | None = None
+    limit: int | None = None
+    last: int | None = None
+
+
+@dataclass(frozen=True)
+class TableSummary:
+    """Number of rows, and first and last time, nanoseconds."""
+
+    rows: int
+    first_ns: int | None
+    last_ns: int | None
+
+
+class JournalReader:
+    """A journal that is only read."""
+
+    def __init__(self, database: sqlite3.Connection, path: Path) -> None:
+        self._database = database
+        self.path = path
+
+    def rows(self, query: Query) -> Iterator[dict[str, Any]]:
+        """Yield rows in the order in which they were written, as a dictionary by column.
+
+        Raises:
+            JournalError: The table has no column that the query asks for, or the file is damaged.
+        """
+        where, values = _conditions(query)
+        after = self._start(query, where, values)
+        left = query.limit
+        statement = f"SELECT * FROM {query.table} WHERE id > ?{where} ORDER BY id LIMIT ?"
+        while left is None or left > 0:
+            wanted = PAGE_ROWS if left is None else min(left, PAGE_ROWS)
+            page = self._all(statement, (after, *values, wanted))
+            yield from (dict(row) for row in page)
+            if len(page) < wanted:
+                return
+            after = page[-1]["id"]
+            left = None if left is None else left - len(page)
+
+    def count(self, query: Query) -> int:
+        """Number of rows that fit, whatever `last` and `limit` say."""
+        where, values = _conditions(query)
+        return int(self._one(f"SELECT count(*) FROM {query.table} WHERE 1{where}", values)[0])
+
+    def summary(self, table: str) -> TableSummary:
+        """Rows and time span of a table."""
+        time = schema.time_column(table)
+        return TableSummary(
+            *self._one(f"SELECT count(*), min({time}), max({time}) FROM {table}", ())
+        )
+
+    def _start(self, query: Query, where: str, values: tuple[Any, ...]) -> int:
+        """The id after which to begin."""
+        if query.last is None:
+            return 0
+        found = self._all(
+            f"SELECT id FROM {query.table} WHERE 1{where} ORDER BY id DESC LIMIT 1 OFFSET ?",
+            (*values, query.last),
+        )
+        return int(found[0][0]) if found else 0
+
+    def _one(self, statement: str, values: tuple[Any, ...]) -> tuple[Any, ...]:
+        return tuple(self._all(statement, values)[0])
+
+    def _all(self, statement: str, values: tuple[Any, ...]) -> list[sqlite3.Row]:
+        try:
+            return self._database.execute(statement, values).fetchall()
+        except sqlite3.DatabaseError as error:
+            raise JournalError(f"{self.path}: cannot be read ({error})") from error
+
+
+@contextmanager
+def open_journal(given: Path) -> Iterator[JournalReader]:
+    """Open a journal, given by its file or its folder, without changing anything.
+
+    Raises:
+        JournalError: It is missing, damaged, no journal, or of a newer version.
+    """
+    path = given / schema.FILE if given.is_dir() else given
+    if not path.is_file():
+        raise JournalError(f"{path}: does not exist; name the journal or its folder")
+    with tempfile.TemporaryDirectory() as copies:
+        try:
+            database = _connect(path, Path(copies))
+        except (sqlite3.Error, OSError) as error:
+            raise JournalError(f"{path}: cannot be read as a journal ({error})") from error
+        with closing(database):
+            database.row_factory = sqlite3.Row
+            yield JournalReader(database, path)
+
+
+def _connect(path: Path, copies: Path) -> sqlite3.Connection:
+    """Open read-only; where the disk does not allow the files of a log, open a copy."""
+    try:
+        return _checked(path, "mode=ro")
+    except sqlite3.OperationalError:
+        log = Path(f"{path}-wal")
+        if not log.exists() or not log.stat().st_size:
+            return _checked(path, "mode=ro&immutable=1")
+    for file in files_of(path):
+        if not file.name.endswith("-shm"):
+            shutil.copy(file, copies)
+    return _checked(copies / path.name, "mode=rw")
+
+
+def _checked(path: Path, mode: str) -> sqlite3.Connection:
+    address = f"file:{quote(str(path.absolute()))}?{mode}"
+    database = sqlite3.connect(address, uri=True, timeout=PATIENCE_S)
+    try:
+        (application,) = database.execute("PRAGMA application_id").fetchone()
+        (version,) = database.execute("PRAGMA user_version").fetchone()
+        database.execute("SELECT count(*) FROM sqlite_master").fetchone()
+        if application != schema.APPLICATION_ID:
+            raise JournalError(f"{path}: is not a journal of the recorder")
+        if version > schema.VERSION:
+            raise JournalError(
+                f"{path}: was written by a newer version (schema {version}, this one knows "
+                f"{schema.VERSION}); update this package"
+            )
+    except BaseException:
+        database.close()
+        raise
+    return database
+
+
+def _conditions(query: Query) -> tuple[str, tuple[Any, ...]]:
+    columns = schema.TABLES[query.table]
+    time = schema.time_column(query.table)
+    wanted = {
+        f"{time} >= ?": query.since_ns,
+        f"{time} < ?": query.until_ns,
+        "detector = ?": query.detector,
+        "state = ?": query.state,
+    }
+    chosen = {text: value for text, value in wanted.items() if value is not None}
+    for text in chosen:
+        column = text.split()[0]
+        if column not in columns:
+            having = [name for name, known in schema.TABLES.items() if column in known]
+            raise JournalError(f"{query.table} have no {column}; {' and '.join(having)} have one")
+    return "".join(f" AND {text}" for text in chosen), tuple(chosen.values())

@@ -1,0 +1,65 @@
+"""What is wrong at the moment: each problem is told once, and its end too."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Literal
+
+Level = Literal["info", "warning", "error"]
+Tell = Callable[[Level, str], None]
+
+RETRY_S = 3.0
+
+
+class Problems:
+    """Problems by what they are of, as `journal` or `snapshot`.
+
+    Attributes:
+        current: Sentence by kind, of what is wrong now.
+        last: The last problem that there was, empty for none.
+    """
+
+    def __init__(self, tell: Tell, note_event: Callable[[str, str], None]) -> None:
+        """Begin without problems.
+
+        Args:
+            tell: Takes what belongs into the log.
+            note_event: Takes kind and text of an event for the journal.
+        """
+        self.tell = tell
+        self._note_event = note_event
+        self._retry_s: dict[str, float] = {}
+        self.current: dict[str, str] = {}
+        self.last = ""
+
+    @property
+    def text(self) -> str:
+        """Everything that is wrong now."""
+        return "; ".join(self.current.values())
+
+    def set(self, kind: str, text: str) -> None:
+        """Something is wrong; told if it was not before."""
+        self._retry_s[kind] = time.monotonic() + RETRY_S
+        if kind not in self.current:
+            self.note(text)
+        self.current[kind] = self.last = text
+
+    def note(self, text: str) -> None:
+        """Tell something that went wrong and is over."""
+        self.last = text
+        self.tell("error", text)
+        self._note_event("problem", text)
+
+    def clear(self, kind: str) -> None:
+        """Something works; told if it did not before."""
+        before = self.current.pop(kind, None)
+        self._retry_s.pop(kind, None)
+        if before is not None:
+            text = f"{kind}: works again after: {before}"
+            self.tell("info", text)
+            self._note_event("recovered", text)
+
+    def may_retry(self, kind: str) -> bool:
+        """Whether the last attempt is long enough ago."""
+        return time.monotonic() >= self._retry_s.get(kind, 0.0)

@@ -1,0 +1,45 @@
+"""What SQLite leaves to its users: transactions, and which files and errors belong to it."""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Iterator
+from pathlib import Path
+
+
+class Transaction:
+    """Commits when its block ends, and takes everything back when it fails."""
+
+    def __init__(self, database: sqlite3.Connection) -> None:
+        self._database = database
+
+    def __enter__(self) -> None:
+        self._database.execute("BEGIN IMMEDIATE")
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        if kind is None:
+            try:
+                self._database.execute("COMMIT")
+                return
+            except sqlite3.Error:
+                self._undo()
+                raise
+        self._undo()
+
+    def _undo(self) -> None:
+        if self._database.in_transaction:
+            self._database.execute("ROLLBACK")
+
+
+def is_damage(error: Exception) -> bool:
+    """Whether an error means that the content of the file is not that of a database."""
+    text = str(error)
+    return any(one in text for one in ("malformed", "not a database", "unsupported file format"))
+
+
+def files_of(path: Path) -> Iterator[Path]:
+    """The files that belong to a database, those that exist."""
+    for suffix in ("", "-wal", "-shm"):
+        one = Path(f"{path}{suffix}")
+        if one.exists():
+            yield one
