@@ -32,7 +32,7 @@ demo: setup ## Replay a spoofed flight and show the alert.
 	@.venv/bin/hijack-detect demo
 
 test: lint ## Check style and types, then run all tests.
-	@.venv/bin/python -m pytest
+	@.venv/bin/python -m pytest -n logical --dist worksteal
 
 lint: setup-test ## Check style and types.
 	@.venv/bin/ruff check .

@@ -93,6 +93,6 @@ setup(
         # Reports, statistics and figures of recorded flights; no node needs them.
         "analysis": ["matplotlib>=3.8", "plotly>=5.20", "scipy>=1.11"],
         # colcon test looks for this name.
-        "test": ["hypothesis", "jsonschema", "playwright", "psutil", "pytest"],
+        "test": ["hypothesis", "jsonschema", "playwright", "psutil", "pytest", "pytest-xdist"],
     },
 )

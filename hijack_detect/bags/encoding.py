@@ -22,13 +22,13 @@ from hijack_detect.streams.samples import (
     Vector3,
     VelocitySample,
 )
+from hijack_detect.streams.writing import VERTICAL_RATIO
 
 BODY_FRAME = "base_link"
 GPS_FRAME = "gps"
 WORLD_FRAME = "map"
 UNKNOWN, APPROXIMATED = 0, 1
 """Types of covariance of a NavSatFix."""
-VERTICAL_DILUTION = 1.5
 
 
 def encode_sample(sample: Sample) -> tuple[str, bytes]:
@@ -141,13 +141,10 @@ def _fix(sample: FixSample) -> tuple[str, bytes]:
 
 
 def position_covariance(accuracy_m: float | None) -> npt.NDArray[np.float64]:
-    """Row-major covariance (9,) in m², ENU, of a claimed horizontal standard deviation.
-
-    The error of a height is taken as half as large again as that of East and North.
-    """
+    """Row-major covariance (9,) in m², ENU, of a claimed horizontal standard deviation."""
     if accuracy_m is None:
         return np.zeros(9)
-    up_m = VERTICAL_DILUTION * accuracy_m
+    up_m = VERTICAL_RATIO * accuracy_m
     return np.diag([accuracy_m**2, accuracy_m**2, up_m**2]).ravel()
 
 

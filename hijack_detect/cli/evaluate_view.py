@@ -27,6 +27,7 @@ def tables(evaluation: Evaluation) -> None:
         f"{evaluation.source}, policy {evaluation.policy}: {len(evaluation.flights)} flights, "
         f"{len(evaluation.failed)} could not be read",
         highlight=False,
+        soft_wrap=True,
     )
     if evaluation.flights:
         for table in (correct_table, error_table, detection_table):

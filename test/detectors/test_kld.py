@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import tracemalloc
 from collections.abc import Callable, Iterable
 
 import numpy as np
@@ -366,3 +367,19 @@ def test_no_sample_breaks_it(
         assert verdict is not None
         assert math.isfinite(verdict.score)
         assert all(math.isfinite(value) for value in verdict.values.values())
+
+
+def test_memory_stays_flat() -> None:
+    detector = KldDetector(KldParameters())
+    rng = np.random.default_rng(2)
+    sizes = []
+    tracemalloc.start()
+    for index in range(6000):
+        stamp = index * SECOND // 5
+        detector.update("velocity", VelocitySample(stamp, (8.0, 0.1, 0.0)))
+        detector.update("satellites", SatelliteSample(stamp, int(rng.integers(11, 13))))
+        detector.update("fix", FixSample(stamp, 48.0, 11.0 + 1e-6 * index, 500.0))
+        if index in (2000, 5999):
+            sizes.append(tracemalloc.get_traced_memory()[0])
+    tracemalloc.stop()
+    assert sizes[1] - sizes[0] < 10_000
