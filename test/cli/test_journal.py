@@ -63,7 +63,7 @@ def refused(*arguments: object) -> str:
 def test_the_overview_says_what_there_is(folder: Path) -> None:
     done = hijack_detect("journal", folder)
     assert (done.returncode, done.stderr) == (0, "")
-    for text in ("MB", "fixes", "200", "sessions", "/recorder", "alerts", "yes", "snapshots"):
+    for text in ("MB", "fixes", "200", "sessions", "/recorder", "alerts", "ALERT", "snapshots"):
         assert text in done.stdout
     assert "snapshots/alert_20251124T160020.200Z" in done.stdout
     assert CURVE in done.stdout
