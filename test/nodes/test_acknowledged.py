@@ -5,6 +5,8 @@ from __future__ import annotations
 import signal
 from typing import Any
 
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import QuaternionStamped
 from live import stamp_ns
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
@@ -32,11 +34,21 @@ def test_late_and_best_effort_subscribers(graph: Graph) -> None:
     assert link.node.interrupt() == 0
 
 
-def test_an_analyser_that_is_killed_misses_nothing(graph: Graph) -> None:
-    """gps_angle is killed, and started again; one beside it runs through."""
+@pytest.mark.parametrize(
+    ("node", "kind", "topic", "behind"),
+    [
+        ("gps_angle", QuaternionStamped, "gps/course", 0),
+        # What it says of a fix waits for the number of satellites, and that for the next fix.
+        ("kld_detector", DiagnosticArray, "kld/verdict", 1),
+    ],
+)
+def test_an_analyser_that_is_killed_misses_nothing(
+    graph: Graph, node: str, kind: type, topic: str, behind: int
+) -> None:
+    """It is killed in an attack, and started again; one beside it runs through."""
     acknowledged = ("--params-file", str(ROOT / "config/acknowledged.yaml"))
-    steady = graph.listen(QuaternionStamped, "steady")
-    courses = graph.listen(QuaternionStamped, "gps/course")
+    beside = ("-r", "__node:=steady", "-r", f"{topic}:=steady")
+    steady, outputs = graph.listen(kind, "steady"), graph.listen(kind, topic)
     link = Link(graph)
 
     def until_known(*analysers: str) -> None:
@@ -51,33 +63,39 @@ def test_an_analyser_that_is_killed_misses_nothing(graph: Graph) -> None:
             "reports of the analysers",
         )
 
-    link.node.signal(signal.SIGSTOP)  # so that no course is lost before this node is known
-    graph.start("gps_angle", *acknowledged, "-r", "__node:=steady", "-r", "gps/course:=steady")
-    analyser = graph.start("gps_angle", *acknowledged)
-    until_known("steady", "gps_angle")
+    link.node.signal(signal.SIGSTOP)  # so that no output is lost before this node is known
+    # The parameters of the file are those of the node's own name.
+    patience = ("-p", "patience_s:=3600.0") if node == "kld_detector" else ()
+    graph.start(node, *acknowledged, *patience, *beside)
+    analyser = graph.start(node, *acknowledged)
+    until_known("steady", node)
     link.node.signal(signal.SIGCONT)
     link.send(20)
     assert link.change(mode="hard") == ""
     link.send(20)
-    graph.spin_until(lambda: len(courses.messages) >= 40, "courses of the first")
+    first = 40 - behind
+    graph.spin_until(lambda: len(outputs.messages) >= first, "outputs of the first")
     analyser.signal(signal.SIGKILL)
     assert analyser.wait() == -signal.SIGKILL
     link.send(20)
-    link.report(unacknowledged="gps/fix")
+    unacknowledged = "gps/fix" if node == "gps_angle" else "gps/fix gps/vel gps/satellites"
+    link.report(unacknowledged=unacknowledged)
     link.node.signal(signal.SIGSTOP)
-    again = graph.start("gps_angle", *acknowledged)
-    until_known("gps_angle")
+    again = graph.start(node, *acknowledged)
+    until_known(node)
     link.node.signal(signal.SIGCONT)
     link.send(20)
+    everything = 80 - behind
     graph.spin_until(
-        lambda: len(steady.messages) >= 80 and len(courses.messages) >= 120, "every course again"
+        lambda: len(steady.messages) >= everything and len(outputs.messages) >= first + everything,
+        "every output again",
     )
     graph.spin_until_quiet()
     assert [stamp_ns(one) for one in steady.messages] == [
-        START_NS + index * STEP_NS for index in range(80)
+        START_NS + index * STEP_NS for index in range(everything)
     ]
-    assert courses.messages[:40] == steady.messages[:40]
-    assert courses.messages[40:] == steady.messages
+    assert outputs.messages[:first] == steady.messages[:first]
+    assert outputs.messages[first:] == steady.messages
     assert again.interrupt() == 0
 
 
