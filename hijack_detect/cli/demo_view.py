@@ -24,22 +24,32 @@ STYLES = {
 }
 
 
+WORDS = {
+    State.NOT_READY: "not ready",
+    State.NOT_OBSERVABLE: "cannot tell",
+    State.SUSPICIOUS: "{:.2f} susp.",
+    State.ALARM: "{:.2f} alarm",
+    State.STALE: "silent",
+}
+"""What stands for a state, with the margin; normal is the margin alone."""
+
+
 def live_line(listener: Listener) -> Text:
-    """Time, attack, state and margin of each detector, alert."""
-    line = Text(f"{listener.position_s:6.1f} s ", no_wrap=True, overflow="crop")
+    """Time, attack, alert, and state and margin of each detector; fits into 80 columns."""
+    line = Text(f"{listener.position_s:5.1f} s ", no_wrap=True, overflow="crop")
     line.append(*(("SPOOFED", "red") if listener.spoofed else ("clean  ", "")))
+    line.append(*((" ALERT", "bold white on red") if listener.alert else ("      ", "")))
     for name, verdicts in listener.verdicts.items():
         line.append(f" {name} ")
         line.append(*_state(verdicts[-1] if verdicts else None))
-    if listener.alert:
-        line.append(" ALERT", "bold white on red")
     return line
 
 
 def _state(verdict: Verdict | None) -> tuple[str, str]:
     if verdict is None:
-        return f"{'silent':<19}", "dim"
-    return f"{f'{verdict.state.value} {verdict.margin:.2f}':<19}", STYLES[verdict.state]
+        return f"{'silent':<11}", "dim"
+    text = WORDS.get(verdict.state, "{:.2f}").format(verdict.margin)
+    return f"{text:<11}", STYLES[verdict.state]
 
 
 def timeline(listener: Listener, attack: Attack | None, run: OfflineRun) -> RenderableType:
