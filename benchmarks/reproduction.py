@@ -50,7 +50,7 @@ RUNS = {
     }.items()
     for policy in ("paper", "default")
 } | {
-    "basan2022": ("--protocol", "basan2022", "--scale", "8"),
+    "basan2022": ("--protocol", "basan2022", "--scale", "4"),
     "basan2022_sitl": (f"{FLIGHTS}/sitl", "--protocol", "basan2022", "--onsets", "2"),
 }
 """Arguments of `hijack-detect evaluate`."""

@@ -25,7 +25,7 @@ class KldDetector:
     Every parameter has a series of counts (`kld_values`), whose last n are compared with the n
     before (`kld_series`). It claims a change when forward and backward divergence together exceed
     its threshold; `quorum` claims at once are an alarm. The score is the margin of the parameter
-    that completes the quorum.
+    that completes the quorum, or, with `together`, what more parameters reach with a share each.
 
     A parameter whose topic is absent is left out, and one that has a gap starts over. It is
     evaluated at every fix.
@@ -101,17 +101,23 @@ class KldDetector:
             return self._verdict(stamp_ns, State.NOT_READY, reason)
         margins = {name: found.total / p.threshold(name) for name, found in current.items()}
         ranked = sorted(margins, key=lambda name: -margins[name])
-        score = max(margins[ranked[p.quorum - 1]], 0.0)
+        shared = {
+            count: margins[ranked[count - 1]] * count / p.quorum
+            for count in range(p.quorum, min(p.quorum * p.together, len(ranked)) + 1)
+        }
+        count = max(shared, key=lambda number: shared[number])
+        score = max(shared[count], 0.0)
         claims = [name for name in ranked if margins[name] > 1.0]
-        state = State.ALARM if score > 1.0 else State.NORMAL
+        alarm = score > 1.0
         told = ", ".join(
             f"{name} by {current[name].total:.3g} nat (limit {p.threshold(name):g})"
-            for name in claims or ranked[:1]
+            for name in (ranked[:count] if alarm else claims or ranked[:1])
         )
-        reason = f"changed: {told}" if claims else f"largest change: {told}"
-        if claims and state is State.NORMAL:
+        reason = f"changed: {told}" if alarm or claims else f"largest change: {told}"
+        state = State.ALARM if alarm else State.NORMAL
+        if claims and not alarm:
             state, reason = State.SUSPICIOUS, f"{reason}; {p.quorum} parameters are needed"
-        values = {"divergence": current[ranked[p.quorum - 1]].total, "claims": float(len(claims))}
+        values = {"divergence": current[ranked[count - 1]].total, "claims": float(len(claims))}
         for name, found in current.items():
             values[f"{name}.forward"], values[f"{name}.backward"] = found
         return self._verdict(stamp_ns, state, reason, score, values)

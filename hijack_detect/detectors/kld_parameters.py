@@ -48,6 +48,14 @@ class KldParameters(Parameters):
         low=1,
         high=len(NAMES),
     )
+    together: int = param(
+        2,
+        "Up to this many times the quorum of parameters may share a claim: two at half of their "
+        "thresholds at once are as much as one at its own, since the divergences of independent "
+        "parameters add up. Faithful: 1 (off).",
+        low=1,
+        high=len(NAMES),
+    )
     altitude_threshold: float = _threshold(18.0, "the altitude", 2.5e-4)
     satellites_threshold: float = _threshold(6.0, "the number of satellites", 0.03)
     speed_threshold: float = _threshold(18.0, "the ground speed", 50.0)

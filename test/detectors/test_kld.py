@@ -383,3 +383,37 @@ def test_memory_stays_flat() -> None:
             sizes.append(tracemalloc.get_traced_memory()[0])
     tracemalloc.stop()
     assert sizes[1] - sizes[0] < 10_000
+
+
+def test_two_parameters_at_a_share_of_their_thresholds_are_as_much_as_one() -> None:
+    """Satellites that change by two with every fix, and a step of the altitude by six metres."""
+    samples = flight(
+        20.0,
+        satellites=lambda index: 12 + 2 * (index % 2) * (index >= 60),
+        change=lambda index, fix: FixSample(
+            fix.stamp_ns,
+            fix.latitude_deg,
+            fix.longitude_deg,
+            fix.altitude_m + 6.0 * (index >= 62),
+        ),
+    )
+    shared = verdicts(samples, KldParameters(latched=False))
+    alone = verdicts(samples, KldParameters(latched=False, together=1))
+    assert State.ALARM not in states(alone)
+    first = next(verdict for verdict in shared if verdict.state is State.ALARM)
+    assert "satellites by" in first.reason
+    assert "altitude by" in first.reason
+    values, parameters = first.values, KldParameters()
+    margins = [
+        (values[f"{name}.forward"] + values[f"{name}.backward"]) / parameters.threshold(name)
+        for name in ("altitude", "satellites")
+    ]
+    assert 0.5 < min(margins) <= max(margins) < 1.0
+    assert first.score == pytest.approx(2.0 * min(margins))
+
+
+def test_the_faithful_quorum_is_not_shared() -> None:
+    found = verdicts(flight(30.0, satellites=lambda index: 12 + 3 * (index % 2)), FAITHFUL)
+    for verdict in found:
+        if "claims" in verdict.values and verdict.state is State.ALARM:
+            assert verdict.values["claims"] >= 2.0

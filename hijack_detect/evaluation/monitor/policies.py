@@ -38,6 +38,7 @@ POLICIES: Mapping[str, Mapping[str, Mapping[str, Any]]] = {
         "kld_detector": {
             "mode": "faithful",
             "quorum": 2,
+            "together": 1,
             "altitude_threshold": 2.5e-4,
             "satellites_threshold": 0.03,
             "speed_threshold": 50.0,
