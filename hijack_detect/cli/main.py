@@ -18,8 +18,8 @@ from hijack_detect.cli.journal import journal
 from hijack_detect.cli.simulate import simulate
 from hijack_detect.cli.sweep import sweep
 from hijack_detect.cli.tune import tune
-from hijack_detect.evaluation.monitor.manual import parameter_file
-from hijack_detect.evaluation.monitor.policies import POLICIES
+from hijack_detect.evaluation.monitor.manual import node_file, parameter_file
+from hijack_detect.evaluation.monitor.policies import BESIDE, POLICIES
 
 ANALYSIS = ("matplotlib", "plotly", "scipy")
 """What only the analysis of flights imports."""
@@ -93,10 +93,16 @@ def demo(
 
 
 @main.command()
-@click.option("--policy", type=click.Choice(list(POLICIES)), default="default", show_default=True)
-def params(policy: str) -> None:
-    """Print the parameter file of a policy, which is the manual of all parameters."""
-    click.echo(parameter_file(policy), nl=False)
+@click.option("--policy", type=click.Choice(list(POLICIES)), help="Those of the monitor [default].")
+@click.option("--node", type=click.Choice(list(BESIDE)), help="Those of another node.")
+def params(policy: str | None, node: str | None) -> None:
+    """Print a parameter file, which is the manual of its parameters.
+
+    It has the nodes of the monitor, as a policy sets them, or one of the nodes beside it.
+    """
+    if policy and node:
+        raise click.UsageError("give --policy or --node, not both")
+    click.echo(node_file(node) if node else parameter_file(policy or "default"), nl=False)
 
 
 main.add_command(analyze)

@@ -205,6 +205,8 @@ def test_version_help_and_usage(start: Start) -> None:
     assert code == 0
     assert all(option in printed for option in ("--bag", "--scenario", "--onset", "--rate"))
     assert "'all'" in refusal(start, "params", "--policy", "all")
+    both = ("params", "--policy", "paper", "--node", "recorder")
+    assert "not both" in refusal(start, *both)
     assert "--rate" in refusal(start, "demo", "--rate", "0")
     assert "OUT" in refusal(start, "simulate")
     assert "duration" in refusal(start, "simulate", "nowhere", "--duration", "-1")

@@ -10,13 +10,20 @@ from typing import Any
 import yaml
 
 from hijack_detect.evaluation.monitor.graph import MonitorParameters
-from hijack_detect.evaluation.monitor.policies import NODE_FIELDS, policy_parameters
+from hijack_detect.evaluation.monitor.policies import BESIDE, NODE_FIELDS, policy_parameters
+from hijack_detect.parameters import Parameters
 
 HEADER = """\
 # Parameters of hijack_detect, policy `{policy}`. Made by `hijack-detect params --policy {policy}`
 # from the declarations in the code: copy it, change values, and give the copy to the nodes with
 # --params-file, or to the launch file as params_file:=. A misspelt key or a value outside its
 # bounds is refused at start.
+"""
+
+BESIDE_HEADER = """\
+# Parameters of `{node}`. Made by `hijack-detect params --node {node}` from the
+# declarations in the code: copy it, change values, and give the copy to the node with
+# --params-file. A misspelt key or a value outside its bounds is refused at start.
 """
 
 WIDTH = 98
@@ -43,18 +50,29 @@ def manual(chosen: MonitorParameters, header: str, *, changed_only: bool = False
     blocks = [header]
     for node, name in NODE_FIELDS.items():
         values, plain = getattr(chosen, name), getattr(defaults, name)
-        if changed_only and values == plain:
-            continue
-        summary = (type(values).__doc__ or "").strip().splitlines()[0]
-        lines = [_comment(summary, 0), f"/**/{node}:", "  ros__parameters:"]
-        for field in dataclasses.fields(values):
-            value, default = getattr(values, field.name), getattr(plain, field.name)
-            if changed_only and value == default:
-                continue
-            lines.append(_comment(_meaning(field, default), 4))
-            lines.append(f"    {field.name}: {_scalar(value)}")
-        blocks.append("\n".join(lines) + "\n")
+        if not changed_only or values != plain:
+            blocks.append(_block(node, values, plain, changed_only=changed_only))
     return "\n".join(blocks)
+
+
+def node_file(node: str) -> str:
+    """The text of the parameter file of a node beside the monitor, one of BESIDE."""
+    values = BESIDE[node]()
+    block = _block(node, values, values, changed_only=False)
+    return f"{BESIDE_HEADER.format(node=node)}\n{block}"
+
+
+def _block(node: str, values: Parameters, plain: Parameters, *, changed_only: bool) -> str:
+    """The parameters of one node."""
+    summary = (type(values).__doc__ or "").strip().splitlines()[0]
+    lines = [_comment(summary, 0), f"/**/{node}:", "  ros__parameters:"]
+    for field in dataclasses.fields(values):
+        value, default = getattr(values, field.name), getattr(plain, field.name)
+        if changed_only and value == default:
+            continue
+        lines.append(_comment(_meaning(field, default), 4))
+        lines.append(f"    {field.name}: {_scalar(value)}")
+    return "\n".join(lines) + "\n"
 
 
 def _scalar(value: Any) -> str:

@@ -11,6 +11,8 @@ import yaml
 
 from hijack_detect.evaluation.monitor.graph import MonitorParameters
 from hijack_detect.parameters import ParameterError, Parameters
+from hijack_detect.recording.parameters import RecorderParameters
+from hijack_detect.spoofing.live_parameters import SpooferParameters
 
 NODE_FIELDS = {
     "attitude_estimator": "attitude",
@@ -21,6 +23,12 @@ NODE_FIELDS = {
     "fusion": "fusion",
 }
 """Node name to field of `MonitorParameters`."""
+
+BESIDE: Mapping[str, type[Parameters]] = {
+    "recorder": RecorderParameters,
+    "gps_spoofer": SpooferParameters,
+}
+"""Parameters of the nodes beside the monitor. They say nothing of what the monitor decides."""
 
 POLICIES: Mapping[str, Mapping[str, Mapping[str, Any]]] = {
     "default": {},
@@ -66,21 +74,31 @@ def policy_parameters(name: str) -> MonitorParameters:
 def from_nodes(values: Mapping[str, Mapping[str, Any]]) -> MonitorParameters:
     """Parameters from values by node name, defaults for the rest.
 
+    Those of the nodes beside the monitor are only checked.
+
     Raises:
         ParameterError: A node or parameter is unknown, or a value is refused.
     """
-    fields = {field.name: field for field in dataclasses.fields(MonitorParameters)}
     made: dict[str, Parameters] = {}
     for node, given in values.items():
-        if node not in NODE_FIELDS:
-            raise ParameterError(f"no node '{node}' (there are: {', '.join(NODE_FIELDS)})")
-        kind = fields[NODE_FIELDS[node]].default_factory
-        assert isinstance(kind, type) and issubclass(kind, Parameters)
+        kind = BESIDE.get(node) or _kind(node)
         try:
-            made[NODE_FIELDS[node]] = kind.from_mapping(given)
+            checked = kind.from_mapping(given)
         except ParameterError as error:
             raise ParameterError(f"{node}: {error}") from error
+        if node in NODE_FIELDS:
+            made[NODE_FIELDS[node]] = checked
     return MonitorParameters(**made)  # type: ignore[arg-type]
+
+
+def _kind(node: str) -> type[Parameters]:
+    """Parameter set of a node of the monitor."""
+    if node not in NODE_FIELDS:
+        raise ParameterError(f"no node '{node}' (there are: {', '.join((*NODE_FIELDS, *BESIDE))})")
+    fields = {field.name: field for field in dataclasses.fields(MonitorParameters)}
+    kind = fields[NODE_FIELDS[node]].default_factory
+    assert isinstance(kind, type) and issubclass(kind, Parameters)
+    return kind
 
 
 def load_parameters(path: Path) -> MonitorParameters:

@@ -11,8 +11,9 @@ import yaml
 from ros import ROOT
 
 from hijack_detect.evaluation.monitor.graph import MonitorParameters
-from hijack_detect.evaluation.monitor.manual import WIDTH, parameter_file
+from hijack_detect.evaluation.monitor.manual import WIDTH, node_file, parameter_file
 from hijack_detect.evaluation.monitor.policies import (
+    BESIDE,
     NODE_FIELDS,
     POLICIES,
     from_nodes,
@@ -28,6 +29,20 @@ CONFIG = ROOT / "config"
 def test_the_committed_file_is_the_generated_one(policy: str) -> None:
     committed = (CONFIG / f"{policy}.yaml").read_text(encoding="utf-8")
     assert committed == parameter_file(policy), f"run: hijack-detect params --policy {policy}"
+
+
+@pytest.mark.parametrize("node", BESIDE)
+def test_nodes_beside_the_monitor_have_files_too(node: str, tmp_path: Path) -> None:
+    file = CONFIG / f"{node}.yaml"
+    assert file.read_text(encoding="utf-8") == node_file(node), (
+        f"hijack-detect params --node {node}"
+    )
+    assert all(len(line) <= WIDTH for line in node_file(node).splitlines())
+    assert load_parameters(file) == MonitorParameters()
+    wrong = tmp_path / "wrong.yaml"
+    wrong.write_text(f"/**/{node}:\n  ros__parameters: {{nonsense: 1}}\n")
+    with pytest.raises(ParameterError, match=f"{node}: unknown parameter 'nonsense'"):
+        load_parameters(wrong)
 
 
 @pytest.mark.parametrize("policy", POLICIES)
