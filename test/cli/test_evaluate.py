@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import psutil
 import pytest
 from ros import ROOT
 from small_bags import flight, write
@@ -122,6 +123,19 @@ def test_what_cannot_be_used_is_refused(corpus: Path, tmp_path: Path) -> None:
     assert refusal(corpus, "--params", missing).startswith(f"Error: {missing}: ")
     blocked = next(corpus.glob("*/*.mcap"))
     assert refusal(corpus, "--html", blocked).startswith(f"Error: {blocked}: cannot be made")
+
+
+def test_a_killed_evaluation_leaves_no_workers() -> None:
+    arguments = [str(PROGRAM), "evaluate", "--protocol", "feng2018", "--jobs", "2", "--json", "-"]
+    with subprocess.Popen(arguments, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as run:
+        parent = psutil.Process(run.pid)
+        while len(workers := parent.children(recursive=True)) < 3:  # two, and what tracks them
+            assert run.poll() is None
+        run.kill()
+    _, alive = psutil.wait_procs(workers, timeout=20.0)
+    for one in alive:
+        one.kill()
+    assert not alive
 
 
 def test_parameters_from_a_file(corpus: Path) -> None:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import multiprocessing
+import os
 import signal
+import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
@@ -60,7 +62,7 @@ def map_cases(
     # A fork would copy the threads' locks of this process, but not the threads that hold them.
     context = multiprocessing.get_context("spawn")
     found: dict[int, Result | Failure] = {}
-    pool = ProcessPoolExecutor(min(jobs, len(items)), context, _leave_interrupts_to_parent)
+    pool = ProcessPoolExecutor(min(jobs, len(items)), context, _begin_worker)
     try:
         futures = {pool.submit(_attempt, function, item): i for i, item in enumerate(items)}
         for future in as_completed(futures):
@@ -78,5 +80,14 @@ def _attempt(function: Callable[[Item], Result], item: Item) -> Result | Failure
         return Failure(item.name, str(error))
 
 
-def _leave_interrupts_to_parent() -> None:
+def _begin_worker() -> None:
+    """Leave Ctrl-C to the parent, and end with it, also when it is killed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
