@@ -117,7 +117,7 @@ class Fusion:
 
     def inherit(self, before: Fusion) -> None:
         """Keep the alert of the fusion before: a clock that is set back takes no alert back."""
-        self._alert_since_ns = before._alert_since_ns
+        self._alert_since_ns, self._heard_out = before._alert_since_ns, before._heard_out
         self._cause, self._causes = before._cause, before._causes
 
     def update(self, name: str, verdict: Verdict) -> FusionResult:

@@ -265,3 +265,13 @@ def test_the_papers_confidence_asks_the_papers_detectors() -> None:
     margin = verdict("kld", 1, State.NORMAL, 0.9)
     assert feed(three("paper"), margin)[-1].confidence == 0.0
     assert feed(three("default"), margin)[-1].confidence > 0.4
+
+
+def test_what_was_heard_out_stays_so_when_the_clock_is_set_back() -> None:
+    one, afresh = three("default"), three("default")
+    feed(one, verdict("kld", 100, State.ALARM))
+    one.reset()
+    afresh.inherit(one)
+    assert not feed(afresh, verdict("kld", 1, State.ALARM))[-1].alert
+    results = feed(afresh, verdict("kld", 2, State.NORMAL), verdict("kld", 3, State.ALARM))
+    assert results[-1].alert

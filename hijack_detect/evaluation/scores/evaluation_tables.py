@@ -28,6 +28,10 @@ DEFINITIONS = {
     "score is the largest margin (score over threshold) in a clean flight, and within the attack "
     "in a hijacked one; for `both` the smaller one of its two methods, for `fusion` the largest "
     "confidence up to the alert.",
+    "Claimed": "Protocol basan2022: share of the attack in which a method's figures alone were "
+    "above its threshold, kept alarms apart.",
+    "Likelihood": "Protocol basan2022: derivative of ln L at the mean λ of the values before the "
+    "attack, Σ x / λ − n. It is 0 for normal data and has the sign of the change.",
     "Intervals": "Proportions: 95 %, Clopper and Pearson, exact. Rates: one-sided 95 % upper "
     "bound, Poisson, exact.",
 }
