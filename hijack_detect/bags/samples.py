@@ -11,7 +11,7 @@ from pathlib import Path
 from hijack_detect.bags.errors import BagError
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.bags.topics import TYPES, TopicMap
-from hijack_detect.streams.headerless import SatelliteStamps
+from hijack_detect.streams.headerless import SATELLITES, SatelliteStamps
 from hijack_detect.streams.messages import (
     CONVERTERS,
     BadMessage,
@@ -20,7 +20,7 @@ from hijack_detect.streams.messages import (
 )
 from hijack_detect.streams.samples import Sample
 
-FIX, SATELLITES = "fix", "satellites"
+CONVERT = {**CONVERTERS, SATELLITES: satellite_count}
 _log = logging.getLogger(__name__)
 
 
@@ -98,9 +98,7 @@ def read_samples(
     Raises:
         BagError: The bag is damaged, or a topic does not have the type of its input.
     """
-    names = {
-        topic: name for name, topic in topic_map.items() if name in CONVERTERS or name == SATELLITES
-    }
+    names = {topic: name for name, topic in topic_map.items() if name in CONVERT}
     stamps = SatelliteStamps()
     summary = Rejected()
     reject = on_rejected or summary.add
@@ -113,18 +111,11 @@ def read_samples(
             )
         message = reader.deserialize(raw)
         try:
-            if name == SATELLITES:
-                for one in stamps.count(place, satellite_count(message)):
-                    yield name, one
-                continue
-            sample = CONVERTERS[name](message)
+            converted = CONVERT[name](message)
         except BadMessage as error:
             stamp_ns = raw.log_ns if name == SATELLITES else header_stamp_ns(message)
             reject(Rejection(reader.path, raw.topic, raw.log_ns, stamp_ns, str(error)))
             continue
-        if name == FIX:
-            for one in stamps.fix(place, sample.stamp_ns):
-                yield SATELLITES, one
-        yield name, sample
+        yield from stamps.samples(name, place, converted)
     for line in summary.lines():
         _log.warning("%s", line)

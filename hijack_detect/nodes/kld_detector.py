@@ -51,14 +51,7 @@ class KldDetectorNode(DetectorNode[KldParameters]):
 
     def samples(self, name: str, converted: Any, published_ns: int) -> list[tuple[str, Any]]:
         """See StageNode; a count follows once the fix after it is there."""
-        if name == "satellites":
-            counts = self._stamps.count(published_ns, converted)
-        elif name == "fix":
-            counts = self._stamps.fix(published_ns, converted.stamp_ns)
-        else:
-            counts = []
-        own = [] if name == "satellites" else [(name, converted)]
-        return [*(("satellites", count) for count in counts), *own]
+        return self._stamps.samples(name, published_ns, converted)
 
     def publish_output(self, output: Verdict) -> None:
         """Publish a verdict and its code."""

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from collections import deque
+from typing import Any
 
 from hijack_detect.streams.samples import SatelliteSample
+
+FIX, SATELLITES = "fix", "satellites"
 
 KEPT = 1000
 """Fixes and counts that wait for each other, at most: three minutes at 5 Hz."""
@@ -22,6 +25,19 @@ class SatelliteStamps:
         """Start without fixes."""
         self._fixes: deque[tuple[int, int]] = deque(maxlen=KEPT)
         self._counts: deque[tuple[int, int]] = deque(maxlen=KEPT)
+
+    def samples(self, name: str, published: int, converted: Any) -> list[tuple[str, Any]]:
+        """What a message brings: input names and samples, counts that became certain first.
+
+        Args:
+            name: The input.
+            published: As for `fix`.
+            converted: The sample of the message; of `satellites` the bare number.
+        """
+        if name == SATELLITES:
+            return [(SATELLITES, one) for one in self.count(published, converted)]
+        counts = self.fix(published, converted.stamp_ns) if name == FIX else []
+        return [*((SATELLITES, one) for one in counts), (name, converted)]
 
     def fix(self, published: int, stamp_ns: int) -> list[SatelliteSample]:
         """Take a fix; return the counts that became certain.
