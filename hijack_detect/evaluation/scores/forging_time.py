@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import statistics
 import time
+from collections.abc import Mapping
+from typing import Any
 
 from hijack_detect.evaluation.scores.model import Model
+from hijack_detect.evaluation.trials.basan2022 import MODES, SOFT
 from hijack_detect.spoofing.scenario import parse_scenario
 from hijack_detect.spoofing.spoofer import Spoofer
 from hijack_detect.streams.samples import (
@@ -16,22 +19,11 @@ from hijack_detect.streams.samples import (
 )
 
 FIXES = 500
-STEPS = {
-    "satellites": {"altitude_sigma_m": 0.0, "satellites": [9, 19]},
-    "satellites, altitude": {"altitude_sigma_m": 4.2, "satellites": [9, 19]},
-    "satellites, altitude, noise level": {
-        "altitude_sigma_m": 4.2,
-        "satellites": [9, 19],
-        "accuracy_m": [1.0, 5.0],
-    },
-    "all": {
-        "altitude_sigma_m": 4.2,
-        "satellites": [9, 19],
-        "accuracy_m": [1.0, 5.0],
-        "horizontal_sigma_m": 2.0,
-        "velocity_sigma_m_s": 0.5,
-        "drift_speed_m_s": 2.0,
-    },
+STEPS: Mapping[str, Mapping[str, Any]] = {
+    "satellites": {"altitude_sigma_m": 0.0, "satellites": SOFT["satellites"]},
+    "satellites, altitude": {name: SOFT[name] for name in ("altitude_sigma_m", "satellites")},
+    "satellites, altitude, noise level": SOFT,
+    "all": MODES["hard_1"],
 }
 """One parameter, then more of them one at a time, then all (§3.2)."""
 
@@ -56,7 +48,7 @@ def forging_times() -> list[ForgingTime]:
     ]
 
 
-def _median_s(model: dict[str, object]) -> float:
+def _median_s(model: Mapping[str, Any]) -> float:
     segment = {"start": 0.0, "model": {"type": "forge", "seed": 1, **model}}
     spoofer = Spoofer(parse_scenario({"segments": [segment]}), 0)
     times = []

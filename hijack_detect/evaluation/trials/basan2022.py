@@ -88,17 +88,21 @@ def basan2022_on(corpus: Path, onsets: int) -> list[Case]:
     Raises:
         BagError: The folder cannot be listed, or there is no bag in it.
     """
-    clean = [case for case in corpus_cases(corpus) if case.kind != HIJACKED]
+    # The onsets depend on how long an attack lasts, which is the same in every mode.
+    found = corpus_cases(corpus, forged(next(iter(MODES)), 0.0, FORGED_SEED), onsets)
+    clean = [case for case in found if not case.injected and case.kind != HIJACKED]
     cases: list[Case] = [dataclasses.replace(case, kind="clean") for case in clean]
     for place, mode in enumerate(MODES):
-        scenario = forged(mode, 0.0, FORGED_SEED + place)
-        attacked = corpus_cases(corpus, scenario, onsets)
-        cases += [_named(mode, case) for case in attacked if case.injected]
+        attack = forged(mode, 0.0, FORGED_SEED + place)
+        cases += [_attacked(case, mode, attack) for case in found if case.scenario is not None]
     return cases
 
 
-def _named(mode: str, case: BagCase) -> BagCase:
-    return dataclasses.replace(case, name=f"{mode}_{case.name}", kind=mode)
+def _attacked(case: BagCase, mode: str, attack: Scenario) -> BagCase:
+    """A recorded flight with the attack of a mode at the onset of the one that it has."""
+    assert case.scenario is not None
+    moved = attack.moved_to(case.scenario.segments[0].start_s)
+    return dataclasses.replace(case, name=f"{mode}_{case.name}", kind=mode, scenario=moved)
 
 
 def _forged(mode: str, number: int) -> SimulatedCase:
