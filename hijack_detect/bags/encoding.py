@@ -6,7 +6,6 @@ import math
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from hijack_detect.bags.reader import typestore
 from hijack_detect.streams.samples import (
@@ -22,13 +21,16 @@ from hijack_detect.streams.samples import (
     Vector3,
     VelocitySample,
 )
-from hijack_detect.streams.writing import VERTICAL_RATIO
+from hijack_detect.streams.writing import (
+    APPROXIMATED,
+    UNKNOWN,
+    VERTICAL_RATIO,
+    position_covariance,
+)
 
 BODY_FRAME = "base_link"
 GPS_FRAME = "gps"
 WORLD_FRAME = "map"
-UNKNOWN, APPROXIMATED = 0, 1
-"""Types of covariance of a NavSatFix."""
 
 
 def encode_sample(sample: Sample) -> tuple[str, bytes]:
@@ -128,6 +130,7 @@ def _fix(sample: FixSample) -> tuple[str, bytes]:
     latitude, longitude, altitude = sample.latitude_deg, sample.longitude_deg, sample.altitude_m
     if not sample.has_fix:
         latitude = longitude = altitude = math.nan
+    accuracy_m = sample.accuracy_m or 0.0
     return _encode(
         "sensor_msgs/msg/NavSatFix",
         header=_header(sample.stamp_ns, GPS_FRAME),
@@ -135,17 +138,9 @@ def _fix(sample: FixSample) -> tuple[str, bytes]:
         latitude=latitude,
         longitude=longitude,
         altitude=altitude,
-        position_covariance=position_covariance(sample.accuracy_m),
+        position_covariance=position_covariance(accuracy_m, VERTICAL_RATIO * accuracy_m),
         position_covariance_type=UNKNOWN if sample.accuracy_m is None else APPROXIMATED,
     )
-
-
-def position_covariance(accuracy_m: float | None) -> npt.NDArray[np.float64]:
-    """Row-major covariance (9,) in m², ENU, of a claimed horizontal standard deviation."""
-    if accuracy_m is None:
-        return np.zeros(9)
-    up_m = VERTICAL_RATIO * accuracy_m
-    return np.diag([accuracy_m**2, accuracy_m**2, up_m**2]).ravel()
 
 
 def _header(stamp_ns: int, frame: str) -> Any:

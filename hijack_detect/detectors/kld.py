@@ -5,9 +5,9 @@ from __future__ import annotations
 from hijack_detect.detectors.input_watch import InputWatch
 from hijack_detect.detectors.kld_parameters import NAMES, KldParameters
 from hijack_detect.detectors.kld_series import DistributionSeries, Divergence, RowSeries, Series
-from hijack_detect.detectors.kld_values import Changes, GpsSample, Table2Values, Values
+from hijack_detect.detectors.kld_values import Changes, Table2Values, Values
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.streams.samples import NANOSECONDS, FixSample
+from hijack_detect.streams.samples import NANOSECONDS, FixSample, GpsSample
 
 ATTACK, NO_ATTACK = 111, 110
 """The codes of the paper's analyser (§3.3)."""

@@ -15,11 +15,11 @@ from hijack_detect.estimation.geodesy import LocalFrame
 from hijack_detect.streams.samples import (
     NANOSECONDS,
     FixSample,
+    GpsSample,
     SatelliteSample,
     VelocitySample,
 )
 
-GpsSample = FixSample | VelocitySample | SatelliteSample
 Counts = Mapping[str, float | None]
 
 ALTITUDES_M, SPEEDS, SATELLITES = (0.0, 1000.0), (0.0, 40.0), (0.0, 34.0)

@@ -106,6 +106,9 @@ class CourseSample:
         return 2.0 * math.atan2(self.qz, self.qw)
 
 
+GpsSample: TypeAlias = FixSample | VelocitySample | SatelliteSample
+"""What a GPS receiver says."""
+
 Sample: TypeAlias = (
     ImuSample
     | FixSample

@@ -9,16 +9,15 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
-from hijack_detect.streams.samples import FixSample, SatelliteSample, VelocitySample
+from hijack_detect.streams.samples import FixSample, GpsSample, SatelliteSample, VelocitySample
 
 VERTICAL_RATIO = 1.5
 """Claimed vertical over horizontal deviation, where the message did not tell: satellites are
 never below the horizon."""
-_APPROXIMATED = 1
-"""NavSatFix.COVARIANCE_TYPE_APPROXIMATED."""
-
-GpsSample = FixSample | VelocitySample | SatelliteSample
+UNKNOWN, APPROXIMATED = 0, 1
+"""Types of covariance of a NavSatFix."""
 
 
 def write_change(message: Any, before: GpsSample, after: GpsSample) -> bool:
@@ -54,5 +53,10 @@ def _write_accuracy(fix: Any, before_m: float | None, after_m: float) -> None:
     variance = float(fix.position_covariance[8])
     if before_m is not None and 0.0 < variance < np.inf:
         vertical_m = after_m / before_m * variance**0.5
-    fix.position_covariance = np.diag([after_m**2, after_m**2, vertical_m**2]).ravel()
-    fix.position_covariance_type = _APPROXIMATED
+    fix.position_covariance = position_covariance(after_m, vertical_m)
+    fix.position_covariance_type = APPROXIMATED
+
+
+def position_covariance(horizontal_m: float, vertical_m: float) -> npt.NDArray[np.float64]:
+    """Row-major diagonal covariance (9,) in m², ENU, of claimed standard deviations."""
+    return np.diag([horizontal_m**2, horizontal_m**2, vertical_m**2]).ravel()

@@ -17,11 +17,11 @@ from scipy.stats import poisson
 from hijack_detect.detectors.kld import CODES, KldDetector
 from hijack_detect.detectors.kld_parameters import NAMES, KldParameters
 from hijack_detect.detectors.kld_series import DistributionSeries, RowSeries
-from hijack_detect.detectors.kld_values import Changes, GpsSample, Table2Values
+from hijack_detect.detectors.kld_values import Changes, Table2Values
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.evaluation.monitor.policies import policy_parameters
 from hijack_detect.evaluation.monitor.stage import Stage
-from hijack_detect.streams.samples import FixSample, SatelliteSample, VelocitySample
+from hijack_detect.streams.samples import FixSample, GpsSample, SatelliteSample, VelocitySample
 
 SECOND = 10**9
 N = 10
