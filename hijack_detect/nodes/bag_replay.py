@@ -17,7 +17,7 @@ from __future__ import annotations
 import sys
 import time
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticStatus
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
@@ -35,9 +35,10 @@ from hijack_detect.evaluation.replay.playback import Outgoing, Playback
 from hijack_detect.evaluation.replay.playback_parameters import ReplayParameters
 from hijack_detect.evaluation.replay.playback_topics import TRUTH_TOPIC
 from hijack_detect.evaluation.replay.player import Player, State, Tick
+from hijack_detect.nodes.diagnostics import Diagnostics
 from hijack_detect.nodes.message_types import message_class
-from hijack_detect.nodes.messages import status, time_message
-from hijack_detect.nodes.parameters import current, declare
+from hijack_detect.nodes.messages import time_message
+from hijack_detect.nodes.parameters import current, declare, own_changes
 from hijack_detect.nodes.progress import ProgressBar
 from hijack_detect.nodes.qos import STATE
 from hijack_detect.nodes.running import EXIT_BAD_INPUT, run
@@ -82,7 +83,7 @@ class BagReplay(Node):
         self._position = self.create_publisher(Float64, "~/position", 10)
         self._finished = self.create_publisher(Bool, "~/finished", STATE)
         self._finished.publish(Bool(data=False))
-        self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        self._diagnostics = Diagnostics(self)
         self.create_service(Trigger, "~/pause", self._pause)
         self.create_service(Trigger, "~/resume", self._resume)
         self.create_service(Trigger, "~/step", self._step)
@@ -222,7 +223,7 @@ class BagReplay(Node):
         return response
 
     def _check_change(self, changes: list[Parameter]) -> SetParametersResult:
-        own = {one.name: one.value for one in changes if one.name in vars(self._settings)}
+        own = own_changes(ReplayParameters, changes)
         fixed = sorted(set(own) - {"rate"})
         if fixed:
             reason = f"parameter '{fixed[0]}' cannot change while the bag plays, only 'rate' can"
@@ -261,11 +262,7 @@ class BagReplay(Node):
             level = DiagnosticStatus.WARN
         if player.error:
             level = DiagnosticStatus.ERROR
-        name = self.get_fully_qualified_name() + ": replay"
-        text = player.error or player.where()
-        message = DiagnosticArray(status=[status(name, level, text, player.report())])
-        message.header.stamp = self.get_clock().now().to_msg()
-        self._diagnostics.publish(message)
+        self._diagnostics.tell("replay", level, player.error or player.where(), player.report())
 
 
 def main() -> None:

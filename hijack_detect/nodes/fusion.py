@@ -13,13 +13,15 @@ from std_srvs.srv import Trigger
 
 from hijack_detect.detectors.fusion import Fusion, FusionParameters, FusionResult
 from hijack_detect.evaluation.monitor.graph import DETECTORS
-from hijack_detect.nodes.messages import fusion_message, status, verdict_from
+from hijack_detect.nodes.messages import fusion_message, verdict_from
 from hijack_detect.nodes.qos import INTERNAL, STATE
 from hijack_detect.nodes.running import run
 from hijack_detect.nodes.stage_node import Input, StageNode
 from hijack_detect.streams.samples import NANOSECONDS
 
 HEARTBEAT_S = 1.0
+ALERT = "hijack alert"
+"""What the diagnostics are about."""
 
 
 class FusionNode(StageNode[FusionParameters]):
@@ -76,15 +78,12 @@ class FusionNode(StageNode[FusionParameters]):
         """Repeat the alert and say in /diagnostics what the monitor can tell."""
         result = self._result
         self._alert.publish(Bool(data=result is not None and result.alert))
-        name = self.get_fully_qualified_name() + ": hijack alert"
         silent_s = (self.get_clock().now().nanoseconds - self._heard_ns) / NANOSECONDS
         if result is None or silent_s > self.parameters.stale_s:
             text = f"no verdict of any detector for {silent_s:.0f} s"
-            self._publish_status(status(name, DiagnosticStatus.STALE, text, {}))
+            self.diagnostics.tell(ALERT, DiagnosticStatus.STALE, text, {})
         else:
-            told = fusion_message(result).status[0]
-            told.name = name
-            self._publish_status(told)
+            self.diagnostics.publish(ALERT, fusion_message(result).status[0])
 
 
 def main() -> None:

@@ -18,7 +18,7 @@ from collections import Counter
 from collections.abc import Callable
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import TwistStamped
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.duration import Duration
@@ -28,8 +28,8 @@ from sensor_msgs.msg import NavSatFix
 from std_msgs.msg import Bool, Float64, UInt32
 
 from hijack_detect.bags.topics import OWN_TOPICS
-from hijack_detect.nodes.messages import status
-from hijack_detect.nodes.parameters import current, declare
+from hijack_detect.nodes.diagnostics import Diagnostics
+from hijack_detect.nodes.parameters import current, declare, own_changes
 from hijack_detect.nodes.qos import INTERNAL, OVERRIDES, SENSOR, STATE, remembered
 from hijack_detect.nodes.running import run
 from hijack_detect.parameters import ParameterError
@@ -65,7 +65,7 @@ class GpsSpoofer(Node):
         self._onset_ns: int | None = None
         self._truth = self.create_publisher(Bool, "spoof_active", STATE)
         self._offset = self.create_publisher(Float64, "~/offset", INTERNAL)
-        self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        self._diagnostics = Diagnostics(self)
         qos = remembered(self._settings.keep)
         self._outputs = {
             name: self.create_publisher(TYPES[name], OWN_TOPICS[name], qos)
@@ -117,7 +117,7 @@ class GpsSpoofer(Node):
             self.get_logger().warning(f"{topic}: passed on as it is: {why} (told once)")
 
     def _check_change(self, changes: list[Parameter]) -> SetParametersResult:
-        own = self._own(changes)
+        own = own_changes(SpooferParameters, changes)
         try:
             settings = current(self, SpooferParameters, own)
             self._checked = (settings, chosen_attack(settings, own))
@@ -127,17 +127,13 @@ class GpsSpoofer(Node):
 
     def _apply_change(self, changes: list[Parameter]) -> None:
         """Begin the attack that was checked, unless it is not of the mode that was changed."""
-        own = self._own(changes)
+        own = own_changes(SpooferParameters, changes)
         if not own or self._checked is None:
             return
         self._settings, attack = self._checked
         if "mode" in own or own.keys() & USED[self._settings.mode]:
             self._live.set(attack)
             self.get_logger().info(f"mode {self._settings.mode} from the next fix on, set by {own}")
-
-    def _own(self, changes: list[Parameter]) -> dict[str, Any]:
-        names = set(SpooferParameters.__dataclass_fields__)
-        return {change.name: change.value for change in changes if change.name in names}
 
     def _report(self) -> None:
         """Publish mode and counts on /diagnostics, once a second."""
@@ -158,10 +154,7 @@ class GpsSpoofer(Node):
         }
         level = DiagnosticStatus.OK if self._onset_ns is None else DiagnosticStatus.WARN
         text = "GPS passes as it is" if self._onset_ns is None else "GPS is being forged"
-        name = self.get_fully_qualified_name() + ": spoofer"
-        message = DiagnosticArray(status=[status(name, level, text, values)])
-        message.header.stamp = self.get_clock().now().to_msg()
-        self._diagnostics.publish(message)
+        self._diagnostics.tell("spoofer", level, text, values)
 
 
 def main() -> None:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterable
 from typing import Any, TypeVar
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 
 from hijack_detect.parameters import ParameterError, Parameters
 
@@ -55,6 +57,12 @@ def current(node: Node, kind: type[P], changes: dict[str, Any]) -> P:
     if unknown:
         raise ParameterError(f"unknown parameter '{min(unknown)}'")
     return kind.from_mapping({**values, **changes})
+
+
+def own_changes(kind: type[Parameters], changes: Iterable[Parameter]) -> dict[str, Any]:
+    """The new values of those changed parameters that are fields of a parameter dataclass."""
+    names = {field.name for field in dataclasses.fields(kind)}
+    return {change.name: change.value for change in changes if change.name in names}
 
 
 def descriptor(field: dataclasses.Field[Any], *, read_only: bool) -> ParameterDescriptor:

@@ -17,18 +17,18 @@ from pathlib import Path
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from geometry_msgs.msg import TwistStamped
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
-from sensor_msgs.msg import FluidPressure, Imu, MagneticField, NavSatFix
-from std_msgs.msg import Bool, String, UInt32
+from std_msgs.msg import String
 
 from hijack_detect import __version__
 from hijack_detect.bags.topics import OWN_TOPICS, TYPES
 from hijack_detect.evaluation.monitor.graph import DETECTORS
-from hijack_detect.nodes.messages import status, verdict_from
+from hijack_detect.nodes.diagnostics import Diagnostics
+from hijack_detect.nodes.message_types import message_class
+from hijack_detect.nodes.messages import verdict_from
 from hijack_detect.nodes.parameters import declare
 from hijack_detect.nodes.qos import INTERNAL, OVERRIDES, SENSOR, STATE
 from hijack_detect.nodes.running import run
@@ -38,17 +38,9 @@ from hijack_detect.recording.problems import Level
 from hijack_detect.recording.recorder import Recorder
 from hijack_detect.recording.source import FUSION, Source
 
-KINDS = {
-    "imu": Imu,
-    "fix": NavSatFix,
-    "velocity": TwistStamped,
-    "mag": MagneticField,
-    "pressure": FluidPressure,
-    "satellites": UInt32,
-}
-"""Message class of each input."""
 JOURNALED = ("fix", "velocity", "satellites")
 FLAGS = ("hijack_alert", "spoof_active")
+BOOL, VERDICT = "std_msgs/msg/Bool", "diagnostic_msgs/msg/DiagnosticArray"
 EVERY_STATE = QoSProfile(
     history=HistoryPolicy.KEEP_LAST,
     depth=500,
@@ -80,18 +72,17 @@ class RecorderNode(Node):
         except ParameterError as error:
             raise ParameterError(f"recorder: {error}") from error
         self._path = self.create_publisher(String, "~/snapshot", STATE)
-        self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        self._diagnostics = Diagnostics(self)
         name = self.get_fully_qualified_name()
         self._recorder = Recorder(parameters, name, __version__, self._tell, self._announce)
         for name, topic in OWN_TOPICS.items():
-            decode = _decoder(KINDS[name]) if name in JOURNALED else None
-            self._record(name, topic, KINDS[name], SENSOR, decode, stamped=name != "satellites")
+            decode = _decoder(TYPES[name]) if name in JOURNALED else None
+            self._record(name, topic, TYPES[name], SENSOR, decode, stamped=name != "satellites")
         for name in DETECTORS:
-            self._record(name, f"{name}/verdict", DiagnosticArray, INTERNAL, _verdict)
-        heard = _decoder(DiagnosticArray)
-        self._record(FUSION, f"{FUSION}/verdict", DiagnosticArray, INTERNAL, heard)
+            self._record(name, f"{name}/verdict", VERDICT, INTERNAL, _verdict)
+        self._record(FUSION, f"{FUSION}/verdict", VERDICT, INTERNAL, _decoder(VERDICT))
         for name in FLAGS:
-            self._record(name, name, Bool, EVERY_STATE, None, stamped=False)
+            self._record(name, name, BOOL, EVERY_STATE, None, stamped=False)
         wall = Clock(clock_type=ClockType.STEADY_TIME)  # a disk knows no simulated time
         self.create_timer(TICK_S, self._tick, clock=wall)
         self.create_timer(REPORT_S, self._report, clock=wall)
@@ -105,14 +96,13 @@ class RecorderNode(Node):
         self,
         name: str,
         topic: str,
-        kind: Any,
+        msgtype: str,
         qos: QoSProfile,
         decode: Callable[[bytes], Any] | None,
         *,
         stamped: bool = True,
     ) -> None:
         """Subscribe a topic as bytes."""
-        msgtype = TYPES.get(name) or f"{kind.__module__.split('.')[0]}/msg/{kind.__name__}"
         source = Source(name, self.resolve_topic_name(topic), msgtype, stamped, decode)
 
         def heard(data: bytes) -> None:
@@ -122,7 +112,7 @@ class RecorderNode(Node):
                 self._recorder.refuse(source, error)
 
         self.create_subscription(
-            kind,
+            message_class(msgtype),
             topic,
             heard,
             qos,
@@ -152,15 +142,11 @@ class RecorderNode(Node):
     def _report(self) -> None:
         """Publish on /diagnostics how the recorder is doing, once a second."""
         report = self._recorder.report()
-        name = f"{self.get_fully_qualified_name()}: recorder"
-        message = DiagnosticArray(
-            status=[status(name, LEVELS[report.level], report.text, report.values)]
-        )
-        message.header.stamp = self.get_clock().now().to_msg()
-        self._diagnostics.publish(message)
+        self._diagnostics.tell("recorder", LEVELS[report.level], report.text, report.values)
 
 
-def _decoder(kind: Any) -> Callable[[bytes], Any]:
+def _decoder(msgtype: str) -> Callable[[bytes], Any]:
+    kind = message_class(msgtype)
     return lambda data: deserialize_message(data, kind)
 
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticStatus
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.impl.rcutils_logger import RcutilsLogger
 from rclpy.node import Node
@@ -16,8 +16,8 @@ from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
 
 from hijack_detect.evaluation.monitor.stage import Component, Stage
-from hijack_detect.nodes.messages import status
-from hijack_detect.nodes.parameters import current, declare
+from hijack_detect.nodes.diagnostics import Diagnostics
+from hijack_detect.nodes.parameters import current, declare, own_changes
 from hijack_detect.nodes.qos import OVERRIDES
 from hijack_detect.parameters import ParameterError, Parameters
 from hijack_detect.streams.messages import CONVERTERS, BadMessage
@@ -98,7 +98,7 @@ class StageNode(Node, Generic[P]):
                 given.qos,
                 qos_overriding_options=OVERRIDES,
             )
-        self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        self.diagnostics = Diagnostics(self)
         self.create_timer(1.0, self._report)
 
     @property
@@ -160,21 +160,17 @@ class StageNode(Node, Generic[P]):
 
     def _check_change(self, changes: list[Parameter]) -> SetParametersResult:
         try:
-            current(self, self._kind, self._own(changes))
+            current(self, self._kind, own_changes(self._kind, changes))
         except ParameterError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
 
     def _apply_change(self, changes: list[Parameter]) -> None:
-        own = self._own(changes)
+        own = own_changes(self._kind, changes)
         if own:
             self._settings = current(self, self._kind, own)
             self.stage.restart()
             self.log.info(f"started afresh with {own}")
-
-    def _own(self, changes: list[Parameter]) -> dict[str, Any]:
-        names = set(self._kind.__dataclass_fields__)
-        return {change.name: change.value for change in changes if change.name in names}
 
     def _report(self) -> None:
         """Publish what was received and what was left out, once a second."""
@@ -188,10 +184,4 @@ class StageNode(Node, Generic[P]):
         values |= {f"left out, {reason}": str(count) for reason, count in refused.items()}
         values["restarts"] = str(self.stage.restarts)
         level = DiagnosticStatus.WARN if new else DiagnosticStatus.OK
-        name = self.get_fully_qualified_name() + ": inputs"
-        self._publish_status(status(name, level, text or "all messages used", values))
-
-    def _publish_status(self, one: DiagnosticStatus) -> None:
-        message = DiagnosticArray(status=[one])
-        message.header.stamp = self.get_clock().now().to_msg()
-        self._diagnostics.publish(message)
+        self.diagnostics.tell("inputs", level, text or "all messages used", values)
