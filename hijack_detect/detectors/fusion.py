@@ -15,7 +15,6 @@ PUBLISHED = ("correlation", "date")
 """The detectors that policy `paper` asks: those of Feng 2018."""
 KEEPING = frozenset({"kld"})
 """Detectors that keep their alarm until they are reset themselves."""
-ALARM = State.ALARM
 
 
 @dataclass(frozen=True)
@@ -107,7 +106,9 @@ class Fusion:
         A detector that keeps its alarm is heard again once it has taken the alarm back.
         """
         self._heard_out = {
-            name for name, last in self._last.items() if name in KEEPING and last.state is ALARM
+            name
+            for name, last in self._last.items()
+            if name in KEEPING and last.state is State.ALARM
         }
         self._alarmed: dict[str, Verdict] = {}
         self._close: dict[str, Verdict] = {}
@@ -125,11 +126,11 @@ class Fusion:
         self._last[name] = verdict
         if self._first_ns is None:
             self._first_ns = verdict.stamp_ns
-        if verdict.state is not ALARM:
+        if verdict.state is not State.ALARM:
             self._heard_out.discard(name)
         if name not in self._voters or name in self._heard_out:
             return self._result(verdict.stamp_ns)
-        if verdict.state is ALARM:
+        if verdict.state is State.ALARM:
             self._alarmed[name] = verdict
         elif name not in SUPPORTING and verdict.margin >= self._parameters.together_margin:
             self._close[name] = verdict
@@ -141,7 +142,7 @@ class Fusion:
 
     def _decide(self, verdict: Verdict) -> Sequence[Verdict]:
         """What the policy alerts on at this verdict, empty if it does not."""
-        alarm = verdict.state is ALARM
+        alarm = verdict.state is State.ALARM
         policy = self._parameters.policy
         if policy == "paper":
             claims = list(self._alarmed.values())
@@ -192,8 +193,8 @@ class Fusion:
     def _state(self, known: Mapping[str, Verdict], lost: Sequence[str]) -> State:
         states = [verdict.state for verdict in known.values()]
         if self._alert_since_ns is not None:
-            return ALARM
-        if ALARM in states or State.SUSPICIOUS in states:
+            return State.ALARM
+        if State.ALARM in states or State.SUSPICIOUS in states:
             return State.SUSPICIOUS
         if lost:
             return State.STALE
