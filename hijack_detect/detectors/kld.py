@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from hijack_detect.detectors.input_watch import InputWatch
 from hijack_detect.detectors.kld_parameters import NAMES, KldParameters
 from hijack_detect.detectors.kld_series import DistributionSeries, Divergence, RowSeries, Series
@@ -17,6 +19,15 @@ CODES = {
     State.ALARM: ATTACK,
 }
 """Code of each state that says something; the others have none."""
+
+
+@dataclass
+class _Watched:
+    """One parameter of the GPS since its last gap."""
+
+    series: Series
+    last_ns: int
+    divergence: Divergence | None = None
 
 
 class KldDetector:
@@ -38,9 +49,7 @@ class KldDetector:
         self._parameters = p = parameters
         self.inputs = dict.fromkeys(("velocity", "satellites", "fix"), p.patience_s)
         self._values: Values = Changes(p) if p.mode == "hardened" else Table2Values()
-        self._series: dict[str, Series] = {}
-        self._last_ns: dict[str, int] = {}
-        self._divergences: dict[str, Divergence] = {}
+        self._watched: dict[str, _Watched] = {}
         self._max_gap_ns = round(p.max_gap_s * NANOSECONDS)
         self._watch = InputWatch(("fix",))
         self._latched: tuple[int, str] | None = None
@@ -69,32 +78,31 @@ class KldDetector:
 
     def _add(self, parameter: str, stamp_ns: int, count: float | None) -> None:
         """Let a count into its series, which starts over after a gap."""
-        before_ns = self._last_ns.get(parameter)
-        if count is None or (before_ns is not None and stamp_ns - before_ns > self._max_gap_ns):
-            self._series.pop(parameter, None)
-            self._divergences.pop(parameter, None)
-        self._last_ns[parameter] = stamp_ns
+        watched = self._watched.get(parameter)
+        if watched is not None and stamp_ns - watched.last_ns > self._max_gap_ns:
+            watched = None
         if count is None:
+            self._watched.pop(parameter, None)
             return
-        series = self._series.get(parameter) or self._start(parameter)
-        found = series.add(count)
-        if found is not None:
-            self._divergences[parameter] = found
+        if watched is None:
+            watched = self._watched[parameter] = _Watched(self._new_series(), stamp_ns)
+        watched.last_ns = stamp_ns
+        watched.divergence = watched.series.add(count)
 
-    def _start(self, parameter: str) -> Series:
+    def _new_series(self) -> Series:
         p = self._parameters
-        series: Series = RowSeries(p.window)
         if p.mode == "hardened":
-            series = DistributionSeries(p.window, p.floor, p.dispersion)
-        self._series[parameter] = series
-        return series
+            return DistributionSeries(p.window, p.floor, p.dispersion)
+        return RowSeries(p.window)
 
     def _evaluate(self, stamp_ns: int) -> Verdict:
         p = self._parameters
         current = {
-            name: self._divergences[name]
+            name: watched.divergence
             for name in NAMES
-            if name in self._divergences and stamp_ns - self._last_ns[name] <= self._max_gap_ns
+            if (watched := self._watched.get(name)) is not None
+            and watched.divergence is not None
+            and stamp_ns - watched.last_ns <= self._max_gap_ns
         }
         if len(current) < p.quorum:
             reason = f"{len(current)} parameters with full windows, {p.quorum} are needed"
