@@ -12,7 +12,7 @@ from sensor_msgs.msg import Imu
 
 from hijack_detect.detectors.fusion import FusionResult
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.streams.messages import BadMessage, header_stamp_ns
+from hijack_detect.streams.messages import BadMessage, header_stamp_ns, only_status
 from hijack_detect.streams.samples import NANOSECONDS, AttitudeSample, CourseSample
 
 LEVELS = {
@@ -101,9 +101,7 @@ def verdict_from(message: DiagnosticArray) -> Verdict:
     Raises:
         BadMessage: It is no verdict; the text says what is missing or wrong.
     """
-    if len(message.status) != 1:
-        raise BadMessage(f"a verdict has one status, this has {len(message.status)}")
-    status = message.status[0]
+    status = only_status(message)
     values = {pair.key: pair.value for pair in status.values}
     try:
         state = State(values.pop("state"))

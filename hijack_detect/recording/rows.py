@@ -13,7 +13,7 @@ from typing import Any
 from hijack_detect.detectors.verdict import Verdict
 from hijack_detect.recording.snapshot import Written
 from hijack_detect.recording.snapshot_folder import SNAPSHOTS
-from hijack_detect.streams.messages import BadMessage, header_stamp_ns
+from hijack_detect.streams.messages import BadMessage, header_stamp_ns, only_status
 
 MAX_TEXT = 2000
 """Longer texts are cut: a row stays small whatever a message holds."""
@@ -99,9 +99,8 @@ def fusion_told(message: Any) -> FusionTold:
     Raises:
         BadMessage: It is none.
     """
-    if len(message.status) != 1:
-        raise BadMessage(f"a verdict has one status, this has {len(message.status)}")
-    values = {pair.key: pair.value for pair in message.status[0].values}
+    status = only_status(message)
+    values = {pair.key: pair.value for pair in status.values}
     try:
         since, alert = values["alert_since_ns"], values["alert"]
         return FusionTold(
@@ -112,7 +111,7 @@ def fusion_told(message: Any) -> FusionTold:
             float(values["confidence"]),
             _text(values["causes"]),
             _text(values["lost"]),
-            _text(message.status[0].message),
+            _text(status.message),
         )
     except (KeyError, ValueError) as error:
         raise BadMessage(f"the verdict of the fusion has no usable {error}") from error

@@ -123,6 +123,13 @@ def header_stamp_ns(message: Any) -> int:
     return int(stamp.sec) * NANOSECONDS + int(stamp.nanosec)
 
 
+def only_status(message: Any) -> Any:
+    """The status of a `diagnostic_msgs/DiagnosticArray` that is a verdict. Raises BadMessage."""
+    if len(message.status) != 1:
+        raise BadMessage(f"a verdict has one status, this has {len(message.status)}")
+    return message.status[0]
+
+
 def _accuracy(fix: Any) -> float | None:
     """Standard deviation (m) claimed for East and North; None if the NavSatFix says nothing."""
     if fix.position_covariance_type == 0:
