@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable, Mapping
+from typing import TypeAlias
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from hijack_detect.estimation.ekf import (
     POSITION,
     VELOCITY,
     Ekf,
+    Observation,
     ProcessNoise,
 )
 from hijack_detect.estimation.filter_bank import FilterBank
@@ -43,6 +45,9 @@ from hijack_detect.streams.samples import (
     Vector3,
     VelocitySample,
 )
+
+MakeFilter: TypeAlias = Callable[[Quaternion, Array, ProcessNoise], Ekf]
+"""Attitude (FLU → ENU), standard deviations of the error state and process noise to a filter."""
 
 OUTAGE_STEP_NS = NANOSECONDS // 2
 """Without GPS the filter still moves on in steps of this length."""
@@ -73,9 +78,15 @@ class AttitudeEstimator:
         ("imu", "fix", "velocity", "mag"), SENSOR_PATIENCE_S
     )
 
-    def __init__(self, parameters: AttitudeParameters) -> None:
-        """Start without attitude."""
+    def __init__(self, parameters: AttitudeParameters, make_filter: MakeFilter = Ekf) -> None:
+        """Start without attitude.
+
+        Args:
+            parameters: Its parameters.
+            make_filter: Makes the filter from attitude, standard deviations and noise.
+        """
         self._parameters = p = parameters
+        self._make_filter = make_filter
         self._noise = ProcessNoise(p.accel_noise, p.gyro_noise, p.accel_bias_walk, p.gyro_bias_walk)
         self._lag_ns = round(p.gps_lag_s * NANOSECONDS)
         self._restart()
@@ -100,6 +111,16 @@ class AttitudeEstimator:
     def ekf(self) -> Ekf | None:
         """The filter, None while levelling."""
         return None if self._bank is None else self._bank.best
+
+    @property
+    def decided(self) -> bool:
+        """Whether the filter has a heading, and only one."""
+        return self._bank is not None and self._aligned and self._bank.decided
+
+    @property
+    def valid_ns(self) -> int:
+        """Time that the filter has reached, nanoseconds; counts once there is a filter."""
+        return self._filter_ns
 
     def update(self, name: str, sample: Sample) -> AttitudeSample | None:
         """Take the next sample in order of stamp; every IMU sample gives an attitude."""
@@ -161,7 +182,7 @@ class AttitudeEstimator:
             return
         roll, pitch = level(self._buffer.mean_specific_force())
         self._output = from_roll_pitch_yaw(roll, pitch, 0.0)
-        self._bank = FilterBank(Ekf(self._output, INITIAL_SIGMAS, self._noise))
+        self._bank = FilterBank(self._make_filter(self._output, INITIAL_SIGMAS, self._noise))
         self._filter_ns = sample.stamp_ns
 
     def _unbiased(self, omega: Vector3) -> Vector3:
@@ -207,30 +228,31 @@ class AttitudeEstimator:
             bank.split(math.radians(self._parameters.align_sigma_deg))
         p = self._parameters
         variances = np.square([p.position_sigma, p.position_sigma, p.height_sigma])
-        self._measure(bank, POSITION, lambda ekf: position - ekf.position, variances)
+        self._measure(bank, POSITION, position, variances)
 
     def _velocity(self, bank: FilterBank, sample: VelocitySample) -> None:
         self._advance(bank, sample.stamp_ns - self._lag_ns)
-        velocity = np.array(sample.velocity)
         variances = np.full(3, self._parameters.velocity_sigma**2)
-        self._measure(bank, VELOCITY, lambda ekf: velocity - ekf.velocity, variances)
+        self._measure(bank, VELOCITY, np.array(sample.velocity), variances)
 
-    def _measure(
-        self, bank: FilterBank, block: slice, residual: Callable[[Ekf], Array], variances: Array
-    ) -> None:
+    def _measure(self, bank: FilterBank, block: slice, measured: Array, variances: Array) -> None:
         """Use a GPS measurement; before the heading is known only its vertical part.
 
         Then a horizontal velocity of about zero keeps roll and pitch upright instead.
         """
-        rows = np.eye(15)[block]
-        if self._aligned:
-            bank.measure(lambda ekf: (rows, residual(ekf)), variances)
-        else:
-            upright = np.vstack([np.eye(15)[3:5], rows[2:]])
-            bank.measure(
-                lambda ekf: (upright, np.concatenate([-ekf.velocity[:2], residual(ekf)[2:]])),
-                np.concatenate([[1.0, 1.0], variances[2:]]),
+
+        def observe(ekf: Ekf) -> Observation:
+            rows, residual, noise = ekf.gps(block, measured, variances)
+            if self._aligned:
+                return rows, residual, noise
+            still = np.eye(len(ekf.covariance))[3:5]
+            return (
+                np.vstack([still, rows[2:]]),
+                np.concatenate([-ekf.velocity[:2], residual[2:]]),
+                np.concatenate([[1.0, 1.0], noise[2:]]),
             )
+
+        bank.measure(observe)
         self._carry_output(bank.best)
 
     def _align(self, ekf: Ekf, angle: float, velocity: Array) -> None:
@@ -255,13 +277,15 @@ class AttitudeEstimator:
             error, _ = heading_error(bank.best.attitude, sample.field, turn)
             self._align(bank.best, error, np.zeros(3))
 
-        def observe(ekf: Ekf) -> tuple[Array, Array]:
-            angle, by_attitude = heading_error(ekf.attitude, sample.field, turn)
-            h = np.zeros((1, 15))
-            h[0, ATTITUDE] = by_attitude
-            return h, np.array([angle])
+        variance = np.array([math.radians(self._parameters.mag_sigma_deg) ** 2])
 
-        bank.measure(observe, np.array([math.radians(self._parameters.mag_sigma_deg) ** 2]))
+        def observe(ekf: Ekf) -> Observation:
+            angle, by_attitude = heading_error(ekf.attitude, sample.field, turn)
+            h = np.zeros((1, len(ekf.covariance)))
+            h[0, ATTITUDE] = by_attitude
+            return h, np.array([angle]), variance
+
+        bank.measure(observe)
 
 
 def _turned(q: Quaternion, dt: float, omega: Vector3) -> Quaternion:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
@@ -28,6 +29,10 @@ GRAVITY = 9.80665
 
 POSITION, VELOCITY, ATTITUDE = slice(0, 3), slice(3, 6), slice(6, 9)
 ACCEL_BIAS, GYRO_BIAS = slice(9, 12), slice(12, 15)
+
+
+Observation: TypeAlias = tuple[Array, Array, Array]
+"""Observation matrix (m, n), measured minus predicted (m,), and noise variances (m,)."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +72,8 @@ class Ekf:
 
         Args:
             attitude: Initial attitude, FLU → ENU.
-            sigmas: Initial standard deviations of the error state, shape (15,).
+            sigmas: Initial standard deviations of the error state, shape (15,) or more: a
+                subclass may add states behind these.
             noise: Process noise.
         """
         self.position: Array = np.zeros(3)
@@ -76,6 +82,8 @@ class Ekf:
         self.accel_bias: Array = np.zeros(3)
         self.gyro_bias: Array = np.zeros(3)
         self.covariance = np.diag(np.square(sigmas))
+        self.transition: Array = np.eye(len(self.covariance))
+        """Φ of the last block, shape (n, n)."""
         self._noise = noise
 
     def propagate(self, block: ImuBlock) -> None:
@@ -95,46 +103,26 @@ class Ekf:
 
         rotation = matrices(middles)
         force = np.einsum("nij,nj->ni", rotation, block.specific_force - self.accel_bias)
-        self._propagate_covariance(dt, rotation, force)
+        phi = _transition(dt, rotation, force, len(self.covariance))
+        noise = self.process_noise(block, np.mean(force, axis=0))
+        self.covariance = phi @ self.covariance @ phi.T + noise
+        self.transition = phi
         acceleration = force - np.array([0.0, 0.0, GRAVITY])
         steps = acceleration * dt
         before = self.velocity + np.cumsum(steps, axis=0) - steps
         self.position = self.position + np.sum((before + 0.5 * steps) * dt, axis=0)
         self.velocity = self.velocity + np.sum(steps, axis=0)
 
-    def _propagate_covariance(self, dt: Array, rotation: Array, force: Array) -> None:
-        """P ← Φ P Φᵀ + Q with the transition accumulated over the block.
+    def process_noise(self, block: ImuBlock, force: Array) -> Array:
+        """Q of §3.5 over a block.
 
-        dt has shape (n, 1), rotation (n, 3, 3), force (n, 3) in ENU. With δθ' = −R δbg and
-        δv' = −[R f]× δθ − R δba, every block of Φ is a single or double sum over the samples.
+        Args:
+            block: The readings.
+            force: Mean specific force, ENU, m/s², shape (3,).
         """
-        step = dt[:, :, None]
-        total = float(np.sum(dt))
-
-        def integral(values: Array) -> Array:
-            """Integral of (n, 3, 3) up to the middle of each interval."""
-            steps = values * step
-            done: Array = np.cumsum(steps, axis=0) - 0.5 * steps
-            return done
-
-        def both(values: Array) -> tuple[Array, Array]:
-            """Single and double integral over the whole block."""
-            return np.sum(values * step, axis=0), np.sum(integral(values) * step, axis=0)
-
-        cross = skew(force)
-        bias_to_velocity = cross @ integral(rotation)
-        phi = np.eye(15)
-        phi[POSITION, VELOCITY] = total * np.eye(3)
-        for column, rate in (
-            (ATTITUDE, -cross),
-            (ACCEL_BIAS, -rotation),
-            (GYRO_BIAS, bias_to_velocity),
-        ):
-            phi[VELOCITY, column], phi[POSITION, column] = both(rate)
-        phi[ATTITUDE, GYRO_BIAS] = -np.sum(rotation * step, axis=0)
-
+        total = float(np.sum(block.dt))
         eye = np.eye(3)
-        noise = np.zeros((15, 15))
+        noise = np.zeros_like(self.covariance)
         accel = self._noise.accel**2
         noise[VELOCITY, VELOCITY] = accel * total * eye
         noise[POSITION, VELOCITY] = noise[VELOCITY, POSITION] = accel * total**2 / 2 * eye
@@ -142,19 +130,30 @@ class Ekf:
         noise[ATTITUDE, ATTITUDE] = self._noise.gyro**2 * total * eye
         noise[ACCEL_BIAS, ACCEL_BIAS] = self._noise.accel_bias**2 * total * eye
         noise[GYRO_BIAS, GYRO_BIAS] = self._noise.gyro_bias**2 * total * eye
-        self.covariance = phi @ self.covariance @ phi.T + noise
+        return noise
+
+    def gps(self, block: slice, measured: Array, variances: Array) -> Observation:
+        """What a GPS position (block POSITION) or velocity (VELOCITY) observes.
+
+        Args:
+            block: Which of the two.
+            measured: ENU, m or m/s, shape (3,).
+            variances: Of the measurement's noise, shape (3,).
+        """
+        state = self.position if block is POSITION else self.velocity
+        return np.eye(len(self.covariance))[block], measured - state, variances
 
     def update(self, h: Array, residual: Array, r: Array) -> float:
         """Kalman update in Joseph form; returns the log likelihood of the innovation.
 
         Args:
-            h: Observation matrix, shape (m, 15).
+            h: Observation matrix, shape (m, n) for n error states.
             residual: Measured minus predicted, shape (m,).
             r: Variances of the measurement noise, shape (m,).
         """
         s = h @ self.covariance @ h.T + np.diag(r)
         gain = np.linalg.solve(s, h @ self.covariance).T
-        keep = np.eye(15) - gain @ h
+        keep = np.eye(len(self.covariance)) - gain @ h
         self.covariance = keep @ self.covariance @ keep.T + (gain * r) @ gain.T
         self._inject(gain @ residual)
         distance = residual @ np.linalg.solve(s, residual)
@@ -177,7 +176,7 @@ class Ekf:
             multiply((0.0, 0.0, math.sin(angle / 2), math.cos(angle / 2)), self.attitude)
         )
         cosine, sine = math.cos(angle), math.sin(angle)
-        turn = np.eye(15)
+        turn = np.eye(len(self.covariance))
         turn[6:8, 6:8] = [[cosine, -sine], [sine, cosine]]
         self.covariance = turn @ self.covariance @ turn.T
         self.set_block(slice(8, 9), np.array([sigma]))
@@ -192,3 +191,34 @@ class Ekf:
     def heading_variance(self) -> float:
         """Variance of the heading, rad²."""
         return float(self.covariance[8, 8])
+
+
+def _transition(dt: Array, rotation: Array, force: Array, size: int) -> Array:
+    """Φ accumulated over a block; states behind the first 15 are constants.
+
+    dt has shape (n, 1), rotation (n, 3, 3), force (n, 3) in ENU. With δθ' = −R δbg and
+    δv' = −[R f]× δθ − R δba, every block of Φ is a single or double sum over the samples.
+    """
+    step = dt[:, :, None]
+
+    def integral(values: Array) -> Array:
+        """Integral of (n, 3, 3) up to the middle of each interval."""
+        steps = values * step
+        done: Array = np.cumsum(steps, axis=0) - 0.5 * steps
+        return done
+
+    def both(values: Array) -> tuple[Array, Array]:
+        """Single and double integral over the whole block."""
+        return np.sum(values * step, axis=0), np.sum(integral(values) * step, axis=0)
+
+    cross = skew(force)
+    phi = np.eye(size)
+    phi[POSITION, VELOCITY] = float(np.sum(dt)) * np.eye(3)
+    for column, rate in (
+        (ATTITUDE, -cross),
+        (ACCEL_BIAS, -rotation),
+        (GYRO_BIAS, cross @ integral(rotation)),
+    ):
+        phi[VELOCITY, column], phi[POSITION, column] = both(rate)
+    phi[ATTITUDE, GYRO_BIAS] = -np.sum(rotation * step, axis=0)
+    return phi

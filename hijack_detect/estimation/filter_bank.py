@@ -8,8 +8,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from hijack_detect.estimation.ekf import Ekf
-from hijack_detect.estimation.rotation import Array, heading
+from hijack_detect.estimation.ekf import Ekf, Observation
+from hijack_detect.estimation.rotation import heading
 
 HEADINGS = 8
 """Filters that a bank starts with, 45° apart: each finds its way from ±30° of the truth."""
@@ -60,16 +60,14 @@ class FilterBank:
         for ekf in self._filters:
             action(ekf)
 
-    def measure(self, observe: Callable[[Ekf], tuple[Array, Array]], r: Array) -> None:
+    def measure(self, observe: Callable[[Ekf], Observation]) -> None:
         """Update every filter with a measurement and drop those that it makes unlikely.
 
         Args:
-            observe: Observation matrix, shape (m, 15), and measured minus predicted, shape
-                (m,), of a filter.
-            r: Variances of the measurement noise, shape (m,).
+            observe: What the measurement says to a filter.
         """
         for k, ekf in enumerate(self._filters):
-            self._scores[k] += ekf.update(*observe(ekf), r)
+            self._scores[k] += ekf.update(*observe(ekf))
         if not self.decided:
             self._prune()
 

@@ -61,8 +61,8 @@ def test_measurements_leave_the_heading_that_they_fit() -> None:
                 np.array(
                     [(np.radians(130.0) - heading(ekf.attitude) + np.pi) % (2 * np.pi) - np.pi]
                 ),
+                np.array([0.3**2]),
             ),
-            np.array([0.3**2]),
         )
     assert one.decided
     assert np.degrees(heading(one.best.attitude)) == pytest.approx(130.0, abs=5.0)
@@ -72,7 +72,7 @@ def test_measurements_that_say_nothing_of_the_heading_decide_nothing() -> None:
     one = bank()
     one.split(np.radians(30.0))
     for _ in range(200):
-        one.measure(lambda ekf: (np.eye(15)[:3], -ekf.position), np.ones(3))
+        one.measure(lambda ekf: (np.eye(15)[:3], -ekf.position, np.ones(3)))
     assert not one.decided
     assert len(headings(one)) == 8
 
