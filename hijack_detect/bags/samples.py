@@ -85,9 +85,9 @@ def read_samples(
 ) -> Iterator[tuple[str, Sample]]:
     """Yield input name and sample of every valid message, in order of log time.
 
-    Inputs without a sample (the pressure) are left out. A message with a value that no sensor
-    can mean is refused and the next one is read. A number of satellites gets the stamp of its
-    fix from `SatelliteStamps`, so it follows after the next fix.
+    A message with a value that no sensor can mean is refused and the next one is read. A number
+    of satellites gets the stamp of its fix from `SatelliteStamps`, so it follows after the next
+    fix.
 
     Args:
         reader: The bag.

@@ -17,6 +17,7 @@ from hijack_detect.streams.samples import (
     FixSample,
     ImuSample,
     MagneticSample,
+    PressureSample,
     Quaternion,
     Vector3,
     VelocitySample,
@@ -29,6 +30,8 @@ MAX_SPECIFIC_FORCE = 1000.0
 MAX_SPEED = 1000.0
 """m/s; no GPS receiver for civil use reports more than 515 m/s."""
 ALTITUDE_RANGE_M = (-1000.0, 50_000.0)
+PRESSURE_RANGE_PA = (1_000.0, 120_000.0)
+"""From 31 km to 1.4 km below the sea: no barometer of a drone reads outside."""
 MAX_SATELLITES = 200
 """No sky has more; autopilots send 255 for unknown."""
 
@@ -92,6 +95,14 @@ def magnetic_sample(message: Any) -> MagneticSample:
     )
 
 
+def pressure_sample(message: Any) -> PressureSample:
+    """Convert `sensor_msgs/FluidPressure` in pascal. Raises BadMessage, also on hectopascal."""
+    return PressureSample(
+        header_stamp_ns(message),
+        _within(message.fluid_pressure, "fluid_pressure", *PRESSURE_RANGE_PA),
+    )
+
+
 def course_sample(message: Any) -> CourseSample:
     """Convert `geometry_msgs/QuaternionStamped` about Up; all zeros mean not observable."""
     return CourseSample(
@@ -111,6 +122,7 @@ CONVERTERS: dict[str, Callable[[Any], Any]] = {
     "fix": fix_sample,
     "velocity": velocity_sample,
     "mag": magnetic_sample,
+    "pressure": pressure_sample,
     "attitude": attitude_sample,
     "course": course_sample,
 }

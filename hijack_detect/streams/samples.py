@@ -69,6 +69,14 @@ class MagneticSample:
 
 
 @dataclass(frozen=True, slots=True)
+class PressureSample:
+    """One `sensor_msgs/FluidPressure`: static pressure of the barometer, pascal."""
+
+    stamp_ns: int
+    pressure_pa: float
+
+
+@dataclass(frozen=True, slots=True)
 class AttitudeSample:
     """One `sensor_msgs/Imu` with orientation (REP-145), the attitude estimator's output.
 
@@ -115,6 +123,7 @@ Sample: TypeAlias = (
     | VelocitySample
     | SatelliteSample
     | MagneticSample
+    | PressureSample
     | AttitudeSample
     | CourseSample
 )

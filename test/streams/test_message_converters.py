@@ -17,6 +17,7 @@ from hijack_detect.streams.samples import (
     FixSample,
     ImuSample,
     MagneticSample,
+    PressureSample,
     VelocitySample,
 )
 
@@ -75,6 +76,12 @@ def magnetic() -> Any:
     )
 
 
+def pressure(pascal: float = 95_000.5) -> Any:
+    return TYPES["sensor_msgs/msg/FluidPressure"](
+        header=header(), fluid_pressure=pascal, variance=0.0
+    )
+
+
 def course(z: float = 0.6, w: float = 0.8) -> Any:
     return TYPES["geometry_msgs/msg/QuaternionStamped"](
         header=header(), quaternion=quaternion(0.0, 0.0, z, w)
@@ -86,6 +93,7 @@ GOOD: dict[str, tuple[Callable[[], Any], Any]] = {
     "fix": (fix, FixSample(STAMP_NS, -35.3, 149.1, 584.5)),
     "velocity": (velocity, VelocitySample(STAMP_NS, (3.0, -4.0, 0.5))),
     "mag": (magnetic, MagneticSample(STAMP_NS, (2e-5, -1e-5, -4e-5))),
+    "pressure": (pressure, PressureSample(STAMP_NS, 95_000.5)),
     "attitude": (
         imu,
         AttitudeSample(STAMP_NS, None, math.inf, (0.1, -0.2, 0.3), (1.0, -2.0, 9.8)),
@@ -100,6 +108,7 @@ FIELDS = {
     "fix": ["latitude", "longitude", "altitude"],
     "velocity": [f"twist.linear.{axis}" for axis in "xyz"],
     "mag": [f"magnetic_field.{axis}" for axis in "xyz"],
+    "pressure": ["fluid_pressure"],
     "attitude": [
         *(f"angular_velocity.{axis}" for axis in "xyz"),
         *(f"linear_acceleration.{axis}" for axis in "xyz"),
@@ -147,6 +156,8 @@ def test_non_finite_values_are_refused_by_name(name: str, path: str, value: floa
         ("imu", "linear_acceleration.x", 1e6),
         ("velocity", "twist.linear.y", -1e6),
         ("mag", "magnetic_field.x", 25.0),
+        ("pressure", "fluid_pressure", 950.0),
+        ("pressure", "fluid_pressure", 120_001.0),
         ("course", "quaternion.z", 1.5),
     ],
 )

@@ -18,7 +18,7 @@ from hijack_detect.simulation.plan import FlightPlan
 from hijack_detect.spoofing.plane import separation_m
 from hijack_detect.spoofing.scenario import Scenario
 from hijack_detect.spoofing.spoofer import Spoofer
-from hijack_detect.streams.samples import NANOSECONDS, Sample
+from hijack_detect.streams.samples import NANOSECONDS, PressureSample, Sample
 
 HIJACKED = "hijacked"
 """The class of every attacked flight."""
@@ -177,6 +177,7 @@ def flight_samples(flight: Flight) -> Iterator[tuple[str, Sample]]:
         "velocity": flight.velocities,
         "mag": flight.magnetics,
         "satellites": flight.satellites,
+        "pressure": [PressureSample(one.stamp_ns, one.value) for one in flight.pressures],
     }
 
     def stream(name: str) -> Iterator[tuple[int, str, Sample]]:
