@@ -26,17 +26,20 @@ class DetectorNode(StageNode[P]):
         make: Callable[[P], Component],
         inputs: Mapping[str, Input],
         figures: tuple[str, ...],
+        *,
+        node_name: str = "",
     ) -> None:
         """Subscribe and advertise.
 
         Args:
-            name: Name of the detector; the node is NAME_detector.
+            name: Name of the detector.
             parameters: Parameter dataclass.
             make: Makes the detector from its parameters.
             inputs: Subscription of each input.
             figures: Values of the verdict that are published as NAME/FIGURE.
+            node_name: Name of the node, default NAME_detector.
         """
-        super().__init__(f"{name}_detector", parameters, make, inputs)
+        super().__init__(node_name or f"{name}_detector", parameters, make, inputs)
         self._verdict = self.create_publisher(DiagnosticArray, f"{name}/verdict", INTERNAL)
         self._hijacked = self.create_publisher(Bool, f"{name}/hijacked", INTERNAL)
         self._figures: dict[str, Any] = {

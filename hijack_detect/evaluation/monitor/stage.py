@@ -31,6 +31,32 @@ class Latching(Protocol):
         """Take over what the component before had claimed."""
 
 
+@runtime_checkable
+class HearsRefused(Protocol):
+    """A component that is told of samples refused because of their own input's stamps.
+
+    Only for stamps that do not increase, or jump: that depends on the input alone, where every
+    other reason depends on the order in which inputs arrive.
+    """
+
+    def refused(self, name: str, sample: Any, last: Any) -> None:
+        """Note a refused sample.
+
+        It is told before any sample with a stamp above that of `last` is given, unless its input
+        was silent for longer than its patience. What follows from it is a function of the stamps
+        alone if it is said from the first sample above that stamp on.
+
+        Args:
+            name: The input.
+            sample: The sample that is left out.
+            last: The last sample of this input that was in order.
+        """
+
+
+STAMP_REASONS = ("stamp does not increase", "stamp jumps")
+"""Why the merge refuses a sample for the stamps of its own input."""
+
+
 class Stage:
     """Runs a component on inputs that arrive in any order.
 
@@ -45,6 +71,8 @@ class Stage:
         self._merge: StreamMerge[Any] = StreamMerge(self.component.inputs)
         self.restarts = 0
         """Times that the clock ran backwards and everything began afresh."""
+        self._last: dict[str, Any] = {}
+        """The last sample of each input that was in order."""
 
     @property
     def refused(self) -> Counter[str]:
@@ -63,9 +91,19 @@ class Stage:
 
     def push(self, name: str, sample: Any) -> list[Any]:
         """Take one sample of an input; return the outputs that became certain, in order."""
+        before = self._out_of_order(name)
         ready = self._merge.push(name, sample)
         if self._merge.restarted:
             self._renew()
             self.restarts += 1
+            self._last.clear()
+        if self._out_of_order(name) == before:
+            self._last[name] = sample
+        elif isinstance(self.component, HearsRefused):
+            self.component.refused(name, sample, self._last[name])
         outputs = (self.component.update(source, one) for source, one in ready)
         return [output for output in outputs if output is not None]
+
+    def _out_of_order(self, name: str) -> int:
+        """Samples of an input that were refused for its own stamps."""
+        return sum(self._merge.refused[f"{name}: {reason}"] for reason in STAMP_REASONS)

@@ -1,0 +1,96 @@
+"""A step of position that the reported motion does not explain."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass
+
+from hijack_detect.detectors.gnss_checks.step import ZERO, Finding, Step, minus, plus
+from hijack_detect.detectors.verdict import State
+from hijack_detect.streams.samples import NANOSECONDS, Vector3
+
+WINDOW_NS = 11 * NANOSECONDS // 10
+"""A jump in several smaller steps over 1 s counts as one."""
+REPEATS, REPEAT_NS = 3, 5 * NANOSECONDS
+"""So many jumps within this time are an alarm: a reflection comes and goes, it does not hop."""
+APART_NS = NANOSECONDS // 10
+STRIDE = 4.0 / 3.0
+"""Limit over 1 s against the limit of one step: the noise of several fixes."""
+
+
+@dataclass(frozen=True)
+class JumpLimits:
+    """Metres; see `GnssSanityParameters`."""
+
+    suspicious_m: float
+    alarm_m: float
+    manoeuvre_m_s2: float
+    accuracy_gain: float
+    accuracy_cap_m: float
+
+
+class JumpCheck:
+    """Step of position against the step to expect, horizontally or in height.
+
+    What one step may differ by grows with the time in which the vehicle was not seen: with
+    velocities at both ends an acceleration a hides a dt²/4, from fixes alone a dt².
+    """
+
+    def __init__(self, name: str, limits: JumpLimits, *, vertical: bool) -> None:
+        """Start without steps."""
+        self.name = name
+        self._limits = limits
+        self._vertical = vertical
+        self._steps: deque[tuple[int, Vector3]] = deque()
+        self._sum: Vector3 = ZERO
+        self._jumps: deque[int] = deque(maxlen=REPEATS)
+
+    def judge(self, step: Step) -> Finding:
+        """See Check."""
+        residual = step.residual
+        if residual is None:
+            self._forget()
+            return Finding()
+        p = self._limits
+        slack = p.manoeuvre_m_s2 * step.blind_s**2 * (0.25 if step.from_velocity else 1.0)
+        claimed = max(step.fix.accuracy_m or 0.0, step.previous.accuracy_m or 0.0)
+        base = max(p.suspicious_m, p.accuracy_gain * min(claimed, p.accuracy_cap_m))
+        size, allowed = self._size(residual), base + slack
+        if step.from_velocity and step.blind_s * NANOSECONDS < WINDOW_NS:
+            whole = self._add(step.stamp_ns, residual)
+            if whole / (base * STRIDE + slack) > size / allowed:
+                size, allowed = whole, base * STRIDE + slack
+        else:
+            self._forget()
+        return self._finding(step.stamp_ns, size, allowed, p.alarm_m + slack)
+
+    def _finding(self, stamp_ns: int, size: float, allowed: float, alarm: float) -> Finding:
+        what = "height" if self._vertical else "position"
+        if size <= allowed:
+            return Finding(size / alarm, State.NORMAL, f"{what} steps by {size:.1f} m")
+        if self._steps:
+            self._forget()
+        if not self._jumps or stamp_ns - self._jumps[-1] > APART_NS:
+            self._jumps.append(stamp_ns)
+        recent = sum(stamp_ns - jump <= REPEAT_NS for jump in self._jumps)
+        margin = max(size / alarm, recent / REPEATS)
+        text = f"{what} jumped by {size:.1f} m (allowed {allowed:.1f}, alarm {alarm:.1f})"
+        if recent == REPEATS:
+            text += f", {recent} times in {REPEAT_NS // NANOSECONDS} s"
+        return Finding(margin, State.ALARM if margin >= 1.0 else State.SUSPICIOUS, text)
+
+    def _size(self, residual: Vector3) -> float:
+        return abs(residual[2]) if self._vertical else math.hypot(residual[0], residual[1])
+
+    def _add(self, stamp_ns: int, residual: Vector3) -> float:
+        """Size of the sum of the residuals of the last second."""
+        self._steps.append((stamp_ns, residual))
+        self._sum = plus(self._sum, residual)
+        while stamp_ns - self._steps[0][0] >= WINDOW_NS:
+            self._sum = minus(self._sum, self._steps.popleft()[1])
+        return self._size(self._sum)
+
+    def _forget(self) -> None:
+        self._steps.clear()
+        self._sum = ZERO

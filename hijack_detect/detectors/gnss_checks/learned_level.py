@@ -1,0 +1,68 @@
+"""How good a receiver is, learned from its own clean past, in a way that is hard to mislead."""
+
+from __future__ import annotations
+
+from collections import deque
+
+from hijack_detect.streams.samples import NANOSECONDS
+
+DELAY_NS = 20 * NANOSECONDS
+"""Only levels this old are learned, the longest horizon of the check that uses them."""
+START = 2.5
+"""Part until the vehicle has moved: a receiver that has just started still settles, by 10 m in
+10 s in one of the recorded flights."""
+STARTED_NS = 10 * NANOSECONDS
+"""Time in motion after which it counts as started."""
+NEEDED_NS = 30 * NANOSECONDS
+"""Time in motion before the limits tighten."""
+RISE_PER_S = 0.005
+"""The part grows no faster: from a tenth to the whole in three minutes."""
+FALL_PER_S = 0.05
+FORGET_PER_S = 1.0 / 300.0
+"""The largest level seen is forgotten at this relative rate, per second in motion."""
+MAX_STEP_NS = NANOSECONDS
+
+
+class LearnedLevel:
+    """Part of the full limits that applies now, between a floor and 1 in flight.
+
+    It starts at START, and is 1 (limits of poor receivers) after STARTED_NS of motion. Then it
+    falls towards `gain` times the largest level of the past. It rises slowly and never above 1,
+    so whoever trains it up stays below limits which are safe in any case, needs minutes for it,
+    and the part is published.
+    """
+
+    def __init__(self, floor: float, gain: float) -> None:
+        """Nothing is learned yet."""
+        self._floor, self._gain = floor, gain
+        self.part = START
+        self._waiting: deque[tuple[int, float]] = deque()
+        self._largest = 0.0
+        self._moved_ns = 0
+        self._last_ns: int | None = None
+
+    def add(self, stamp_ns: int, level: float, *, moving: bool) -> None:
+        """Note a level: the check's largest figure in units of its full limit.
+
+        Args:
+            stamp_ns: Stamp of the level.
+            level: The level.
+            moving: Whether it may be learned: only in motion and below the limit in force.
+        """
+        last_ns, self._last_ns = self._last_ns, stamp_ns
+        if not moving or last_ns is None:
+            return
+        passed_ns = min(stamp_ns - last_ns, MAX_STEP_NS)
+        passed_s = passed_ns / NANOSECONDS
+        self._moved_ns += passed_ns
+        self._waiting.append((stamp_ns, level))
+        if self._moved_ns >= STARTED_NS:
+            self.part = min(self.part, 1.0)
+        self._largest *= 1.0 - FORGET_PER_S * passed_s
+        while self._waiting and stamp_ns - self._waiting[0][0] > DELAY_NS:
+            self._largest = max(self._largest, self._waiting.popleft()[1])
+        if self._moved_ns < NEEDED_NS:
+            return
+        wanted = min(1.0, max(self._floor, self._gain * self._largest))
+        lowest, highest = self.part - FALL_PER_S * passed_s, self.part + RISE_PER_S * passed_s
+        self.part = max(lowest, min(highest, wanted))

@@ -1,0 +1,103 @@
+"""What a check is given at every fix, and what it says."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+from hijack_detect.detectors.verdict import State
+from hijack_detect.streams.samples import FixSample, Vector3
+
+ZERO: Vector3 = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """From one fix to the next, in the tangent plane at the first (ENU, m, m/s).
+
+    Attributes:
+        previous: The fix before.
+        fix: The fix.
+        dt_s: Time between their stamps, seconds.
+        moved: Change of position.
+        before: Velocity reported for the previous fix, None if there was none.
+        velocity: Velocity reported for the fix, None if there is none.
+        expected: Change of position to expect: the integral of the velocities; from fixes alone
+            the step before, extrapolated; None without either.
+        blind_s: Longest time without a velocity (from fixes alone: without a fix) in the step.
+        count: Number of satellites in use, None if it is not told.
+    """
+
+    previous: FixSample
+    fix: FixSample
+    dt_s: float
+    moved: Vector3
+    before: Vector3 | None
+    velocity: Vector3 | None
+    expected: Vector3 | None
+    blind_s: float
+    count: int | None = None
+
+    @property
+    def stamp_ns(self) -> int:
+        """Stamp of the fix."""
+        return self.fix.stamp_ns
+
+    @property
+    def from_velocity(self) -> bool:
+        """Whether `expected` comes from reported velocities."""
+        return self.before is not None and self.velocity is not None
+
+    @property
+    def residual(self) -> Vector3 | None:
+        """`moved - expected`, metres."""
+        return None if self.expected is None else minus(self.moved, self.expected)
+
+    @property
+    def still(self) -> bool:
+        """Whether the position repeats bit by bit."""
+        return _place(self.fix) == _place(self.previous)
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """What a check says of a fix.
+
+    `margin` is its evidence against what makes an alarm; a check that may only be SUSPICIOUS
+    stays below 1.
+    """
+
+    margin: float = 0.0
+    state: State = State.NORMAL
+    text: str = ""
+
+
+class Check(Protocol):
+    """One check: takes every step in order of stamp, O(1) each."""
+
+    @property
+    def name(self) -> str:
+        """Name in reasons and values."""
+
+    def judge(self, step: Step) -> Finding:
+        """Judge the newest fix."""
+
+
+def minus(a: Vector3, b: Vector3) -> Vector3:
+    """Difference of two vectors."""
+    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
+
+
+def plus(a: Vector3, b: Vector3, times: float = 1.0) -> Vector3:
+    """`a + times b`."""
+    return (a[0] + times * b[0], a[1] + times * b[1], a[2] + times * b[2])
+
+
+def length(a: Vector3) -> float:
+    """Length of a vector."""
+    return math.sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2])
+
+
+def _place(fix: FixSample) -> Vector3:
+    return (fix.latitude_deg, fix.longitude_deg, fix.altitude_m)

@@ -1,0 +1,133 @@
+"""Change of position against the integral of the reported velocity, over several horizons."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass
+
+from hijack_detect.detectors.gnss_checks.learned_level import LearnedLevel
+from hijack_detect.detectors.gnss_checks.step import ZERO, Finding, Step, minus, plus
+from hijack_detect.detectors.persistence import Persistence
+from hijack_detect.streams.samples import NANOSECONDS, Vector3
+
+HORIZONS_S = (2.0, 5.0, 10.0, 20.0)
+MAX_GAP_S = 2.0
+"""After a gap in fixes or velocities of this length everything starts over."""
+LAG_S = 0.2
+"""Receivers' positions may lead or lag their velocities by this: a change of velocity Δv then
+shows as a difference of up to 0.2 s · Δv, which is taken off."""
+MOVING = 2.0
+"""m/s; at rest a receiver is better, and worse while it starts, than in flight."""
+MAX_RATE = (5.0, 10.0)
+"""m/s, horizontally and vertically: what a step differs by beyond this rate is a jump, which is
+for the jump check, and must not weigh on 20 s."""
+
+
+@dataclass(frozen=True)
+class MismatchLimits:
+    """See `GnssSanityParameters`."""
+
+    base_m: float
+    rate_m_s: float
+    path_fraction: float
+    vertical_base_m: float
+    vertical_rate_m_s: float
+    persist_s: float
+    floor: float
+    gain: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Mark:
+    stamp_ns: int
+    difference: Vector3
+    velocity: Vector3
+    path_m: float
+
+
+class VelocityMismatchCheck:
+    """Largest difference over the horizons, each against its limit, in plane and height.
+
+    The limits are those of poor receivers times a part that a good receiver earns in flight,
+    see `LearnedLevel`.
+    """
+
+    name = "velocity_mismatch"
+
+    def __init__(self, limits: MismatchLimits) -> None:
+        """Start without history."""
+        self._limits = limits
+        self._learned = LearnedLevel(limits.floor, limits.gain)
+        self._persistence = Persistence(limits.persist_s)
+        self._start()
+
+    def _start(self) -> None:
+        self._windows: dict[float, deque[_Mark]] = {one: deque() for one in HORIZONS_S}
+        self._mark = _Mark(0, ZERO, ZERO, 0.0)
+        self._persistence.reset()
+
+    @property
+    def part(self) -> float:
+        """The present limits as a part of those of a poor receiver."""
+        return self._learned.part
+
+    def judge(self, step: Step) -> Finding:
+        """See Check."""
+        residual, velocity = step.residual, step.velocity
+        if residual is None or velocity is None or step.before is None:
+            self._start()
+            return Finding()
+        if step.blind_s > MAX_GAP_S:
+            self._start()
+            return Finding()
+        before = self._mark
+        self._mark = _Mark(
+            step.stamp_ns,
+            plus(before.difference, _clipped(residual, step.dt_s)),
+            velocity,
+            before.path_m + math.hypot(velocity[0], velocity[1]) * step.dt_s,
+        )
+        level, text = max(self._over(horizon_s) for horizon_s in HORIZONS_S)
+        margin = level / self.part
+        moving = math.hypot(*velocity) >= MOVING and margin < 1.0
+        self._learned.add(step.stamp_ns, level, moving=moving)
+        state = self._persistence.state(step.stamp_ns, margin >= 1.0)
+        text = f"{text}, limits {100 * self.part:.0f} %, margin {margin:.2f}"
+        return Finding(margin, state, text)
+
+    def _over(self, horizon_s: float) -> tuple[float, str]:
+        """Larger of the two differences over a horizon, each in units of its full limit."""
+        p, mark, window = self._limits, self._mark, self._windows[horizon_s]
+        window.append(mark)
+        while mark.stamp_ns - window[0].stamp_ns > horizon_s * NANOSECONDS:
+            window.popleft()
+        first = window[0]
+        d = _without_lag(
+            minus(mark.difference, first.difference), minus(mark.velocity, first.velocity)
+        )
+        path = p.path_fraction * (mark.path_m - first.path_m)
+        across, up = math.hypot(d[0], d[1]), abs(d[2])
+        level = across / (p.base_m + p.rate_m_s * horizon_s + path)
+        level_up = up / (p.vertical_base_m + p.vertical_rate_m_s * horizon_s + path)
+        seconds = (mark.stamp_ns - first.stamp_ns) / NANOSECONDS
+        if level_up > level:
+            return level_up, f"height off reported velocity by {up:.1f} m in {seconds:.0f} s"
+        return level, f"position off reported velocity by {across:.1f} m in {seconds:.0f} s"
+
+
+def _clipped(residual: Vector3, dt_s: float) -> Vector3:
+    """A residual no larger than a drift makes it."""
+    across = math.hypot(residual[0], residual[1])
+    part = min(1.0, MAX_RATE[0] * dt_s / across) if across else 1.0
+    most = MAX_RATE[1] * dt_s
+    return (part * residual[0], part * residual[1], max(-most, min(most, residual[2])))
+
+
+def _without_lag(difference: Vector3, change: Vector3) -> Vector3:
+    """The part of a difference that no lag within LAG_S explains."""
+    squared = sum(one * one for one in change)
+    if squared == 0.0:
+        return difference
+    lag = sum(a * b for a, b in zip(difference, change, strict=True)) / squared
+    return plus(difference, change, -max(-LAG_S, min(LAG_S, lag)))

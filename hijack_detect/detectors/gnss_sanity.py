@@ -1,0 +1,144 @@
+"""Consistency of a receiver stream with itself: jumps, freezes, impossible motion, stamps."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from hijack_detect.detectors.gnss_checks.acceleration import AccelerationCheck
+from hijack_detect.detectors.gnss_checks.freeze import FreezeCheck
+from hijack_detect.detectors.gnss_checks.jump import JumpCheck, JumpLimits
+from hijack_detect.detectors.gnss_checks.publishers import PublishersCheck
+from hijack_detect.detectors.gnss_checks.speed import SpeedCheck
+from hijack_detect.detectors.gnss_checks.stamps import StampsCheck
+from hijack_detect.detectors.gnss_checks.step import Check, Finding, Step
+from hijack_detect.detectors.gnss_checks.track import Track
+from hijack_detect.detectors.gnss_checks.variation import CovarianceCheck, SatellitesCheck
+from hijack_detect.detectors.gnss_checks.velocity_mismatch import (
+    MismatchLimits,
+    VelocityMismatchCheck,
+)
+from hijack_detect.detectors.gnss_sanity_parameters import GnssSanityParameters
+from hijack_detect.detectors.input_watch import InputWatch
+from hijack_detect.detectors.verdict import State, Verdict
+from hijack_detect.streams.merge import SENSOR_PATIENCE_S
+from hijack_detect.streams.samples import NANOSECONDS, FixSample, GpsSample, VelocitySample
+
+RANK = (State.NORMAL, State.SUSPICIOUS, State.ALARM)
+
+
+class GnssSanityDetector:
+    """Runs every check at every fix; the verdict is that of the one that claims most.
+
+    The score is its margin. What a check claims is kept for `hold_s` after its last evidence.
+    """
+
+    NAME = "gnss"
+
+    def __init__(self, parameters: GnssSanityParameters) -> None:
+        """Start without samples."""
+        self._parameters = p = parameters
+        self.inputs: Mapping[str, float] = dict.fromkeys(
+            ("velocity", "satellites", "fix"), SENSOR_PATIENCE_S
+        )
+        self._track = Track()
+        self._watch = InputWatch(("fix",))
+        self._mismatch = VelocityMismatchCheck(_mismatch_limits(p))
+        self._stamps = StampsCheck(p.stamps_alarm, p.stamps_in_s)
+        self._checks: tuple[Check, ...] = (
+            self._stamps,
+            PublishersCheck(),
+            FreezeCheck(p.freeze_s),
+            JumpCheck("jump", _jump_limits(p, p.jump_suspicious_m, p.jump_alarm_m), vertical=False),
+            JumpCheck(
+                "vertical",
+                _jump_limits(p, p.vertical_suspicious_m, p.vertical_alarm_m),
+                vertical=True,
+            ),
+            SpeedCheck(p.max_speed_m_s),
+            AccelerationCheck(p.max_acceleration_m_s2),
+            self._mismatch,
+            SatellitesCheck(p.satellites_at_once, p.satellites_in_5_s),
+            CovarianceCheck(p.covariance_in_5_s),
+        )
+        self._held: dict[State, tuple[int, str]] = {}
+        """When SUSPICIOUS and ALARM were last found, and why."""
+
+    def update(self, name: str, sample: GpsSample) -> Verdict | None:
+        """Take the next sample in order of stamp; every fix gives a verdict."""
+        stamp_ns = sample.stamp_ns
+        if isinstance(sample, FixSample):
+            self._watch.see("fix", stamp_ns)
+            if not sample.has_fix:
+                return self._verdict(stamp_ns, State.NOT_OBSERVABLE, "the receiver has no fix")
+            step = self._track.fix(sample)
+            if step is None:
+                return self._verdict(stamp_ns, State.NOT_READY, "only one fix yet")
+            return self._judge(step)
+        if isinstance(sample, VelocitySample):
+            self._track.velocity(sample)
+        else:
+            self._track.satellites(sample)
+        lost = self._watch.lost(stamp_ns)
+        if lost is None or not self._watch.due(stamp_ns):
+            return None
+        return self._verdict(stamp_ns, *lost)
+
+    def refused(self, name: str, sample: GpsSample, last: GpsSample) -> None:
+        """Note a sample refused for its stamp, see `Stage`; said with the next fix."""
+        if name in ("fix", "velocity"):  # a number of satellites has the stamp of its fix
+            self._stamps.note(last.stamp_ns, copy=sample == last)
+
+    def _judge(self, step: Step) -> Verdict:
+        findings = {check.name: check.judge(step) for check in self._checks}
+        name = max(findings, key=lambda one: (_rank(findings[one].state), findings[one].margin))
+        worst = findings[name]
+        values = {one: finding.margin for one, finding in findings.items()}
+        values["velocity_mismatch_limit"] = self._mismatch.part
+        return self._verdict(step.stamp_ns, worst.state, _reason(name, worst), worst.margin, values)
+
+    def _verdict(
+        self,
+        stamp_ns: int,
+        state: State,
+        reason: str,
+        score: float = 0.0,
+        values: dict[str, float] | None = None,
+    ) -> Verdict:
+        """A verdict, or what is kept."""
+        if state in (State.SUSPICIOUS, State.ALARM):
+            self._held[state] = (stamp_ns, reason)
+        for kept in (State.ALARM, State.SUSPICIOUS):
+            since_ns, why = self._held.get(kept, (None, ""))
+            if since_ns is None or _rank(state) >= _rank(kept) or state is State.STALE:
+                continue
+            ago_s = (stamp_ns - since_ns) / NANOSECONDS
+            if ago_s <= self._parameters.hold_s:
+                state, reason = kept, f"{why} ({ago_s:.1f} s ago)"
+        return Verdict(self.NAME, stamp_ns, state, score, 1.0, reason, values or {})
+
+
+def _rank(state: State) -> int:
+    return RANK.index(state) if state in RANK else -1
+
+
+def _reason(name: str, finding: Finding) -> str:
+    if finding.state is State.NORMAL:
+        return f"consistent, nearest to its limit is {name} with margin {finding.margin:.2f}"
+    return f"{name}: {finding.text}"
+
+
+def _jump_limits(p: GnssSanityParameters, suspicious_m: float, alarm_m: float) -> JumpLimits:
+    return JumpLimits(suspicious_m, alarm_m, p.manoeuvre_m_s2, p.accuracy_gain, p.accuracy_cap_m)
+
+
+def _mismatch_limits(p: GnssSanityParameters) -> MismatchLimits:
+    return MismatchLimits(
+        p.mismatch_base_m,
+        p.mismatch_rate_m_s,
+        p.mismatch_path_fraction,
+        p.mismatch_vertical_base_m,
+        p.mismatch_vertical_rate_m_s,
+        p.mismatch_persist_s,
+        p.mismatch_floor,
+        p.mismatch_gain,
+    )

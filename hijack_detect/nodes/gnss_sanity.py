@@ -1,0 +1,83 @@
+"""Consistency of the GPS stream with itself: jumps, freezes, impossible motion, stamps.
+
+Subscribes gps/fix, gps/vel (ENU) and gps/satellites (UInt32); the last two may be absent.
+Publishes gnss/verdict (DiagnosticArray, with the margin of every check), gnss/hijacked (Bool), and
+the margins gnss/jump, gnss/freeze, gnss/velocity_mismatch and gnss/velocity_mismatch_limit (part
+of the full limits in force) as Float64. More than one publisher on gps/fix is told on
+/diagnostics; the verdict depends on stamped messages alone and looks for what two streams do.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticStatus
+from geometry_msgs.msg import TwistStamped
+from rclpy.executors import SingleThreadedExecutor
+from sensor_msgs.msg import NavSatFix
+from std_msgs.msg import UInt32
+
+from hijack_detect.detectors.gnss_sanity import GnssSanityDetector
+from hijack_detect.detectors.gnss_sanity_parameters import GnssSanityParameters
+from hijack_detect.nodes.detector_node import DetectorNode
+from hijack_detect.nodes.qos import SENSOR
+from hijack_detect.nodes.running import run
+from hijack_detect.nodes.stage_node import Input, sensor_input
+from hijack_detect.streams.headerless import SatelliteStamps
+from hijack_detect.streams.messages import satellite_count
+
+FIX = "gps/fix"
+FIGURES = ("jump", "freeze", "velocity_mismatch", "velocity_mismatch_limit")
+
+
+class GnssSanityNode(DetectorNode[GnssSanityParameters]):
+    """Runs `GnssSanityDetector`.
+
+    A number of satellites has no header; see `KldDetectorNode`.
+    """
+
+    NEEDS_SOURCE_TIMES = True
+
+    def __init__(self) -> None:
+        """Subscribe and advertise."""
+        inputs = {
+            "fix": sensor_input("fix", FIX, NavSatFix, SENSOR),
+            "velocity": sensor_input("velocity", "gps/vel", TwistStamped, SENSOR),
+            "satellites": Input("gps/satellites", UInt32, SENSOR, satellite_count),
+        }
+        self._stamps = SatelliteStamps()
+        super().__init__(
+            GnssSanityDetector.NAME,
+            GnssSanityParameters,
+            GnssSanityDetector,
+            inputs,
+            FIGURES,
+            node_name="gnss_sanity",
+        )
+        self._on_fix = 0
+        self.create_timer(1.0, self._count_publishers)
+
+    def samples(self, name: str, converted: Any, published_ns: int) -> list[tuple[str, Any]]:
+        """See StageNode; a count follows once the fix after it is there."""
+        return self._stamps.samples(name, published_ns, converted)
+
+    def _count_publishers(self) -> None:
+        """Tell how many publishers the fix topic has."""
+        topic = self.resolve_topic_name(FIX)
+        count = self.count_publishers(topic)
+        level, text = DiagnosticStatus.OK, f"{count} publishers on {topic}"
+        if count > 1:
+            level, text = DiagnosticStatus.WARN, f"{text}: one of them may be an attacker's"
+            if count > self._on_fix:
+                self.log.warning(text)
+        self._on_fix = count
+        self.diagnostics.tell("publishers", level, text, {"publishers": str(count)})
+
+
+def main() -> None:
+    """Run the node."""
+    run(GnssSanityNode, __doc__ or "", SingleThreadedExecutor)
+
+
+if __name__ == "__main__":
+    main()
