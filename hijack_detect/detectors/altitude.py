@@ -1,0 +1,148 @@
+"""GPS height against the barometer, and against the vertical inertial channel."""
+
+from __future__ import annotations
+
+from hijack_detect.detectors.altitude_parameters import AltitudeParameters
+from hijack_detect.detectors.barometer_check import BarometerCheck, Finding
+from hijack_detect.detectors.input_watch import InputWatch
+from hijack_detect.detectors.persistence import Persistence
+from hijack_detect.detectors.verdict import State, Verdict
+from hijack_detect.detectors.vertical_channel import VerticalChannel
+from hijack_detect.streams.merge import SENSOR_PATIENCE_S
+from hijack_detect.streams.samples import (
+    NANOSECONDS,
+    AttitudeSample,
+    FixSample,
+    PressureSample,
+    VelocitySample,
+)
+
+SAME_NS = NANOSECONDS // 20
+"""A velocity belongs to a fix if their stamps are this close."""
+FREEZE_MARGIN = 0.5
+INERTIAL_ONLY = "no barometer, inertial check alone"
+
+
+class AltitudeDetector:
+    """Judges every fix by the barometer, if there is one, and by the accelerometer.
+
+    The score is the larger margin of the two; each is in `values`, and the reason says which
+    decides. A barometer that was never heard is normal. One that stops is STALE, as is any
+    other input that was there and stops, unless the check that is left alarms.
+    """
+
+    NAME = "altitude"
+
+    def __init__(self, parameters: AltitudeParameters) -> None:
+        """Start without history."""
+        self._parameters = p = parameters
+        self.inputs = {
+            "attitude": p.patience_s,
+            "pressure": SENSOR_PATIENCE_S,
+            "velocity": SENSOR_PATIENCE_S,
+            "fix": SENSOR_PATIENCE_S,
+        }
+        self._barometer = BarometerCheck(p)
+        self._channel = VerticalChannel(p)
+        self._persistence = Persistence(p.persist_s)
+        self._required = InputWatch(("fix",))
+        self._watches: dict[str, InputWatch] = {}
+        """Of the inputs that may be absent, by name, once they are there."""
+        self._velocity: VelocitySample | None = None
+
+    def update(
+        self, name: str, sample: AttitudeSample | PressureSample | VelocitySample | FixSample
+    ) -> Verdict | None:
+        """Take the next sample in order of stamp; every fix gives a verdict."""
+        stamp = sample.stamp_ns
+        if isinstance(sample, FixSample):
+            if sample.has_fix:
+                self._required.see("fix", stamp)
+                return self._evaluate(sample)
+        elif isinstance(sample, VelocitySample):
+            self._seen("velocity", stamp)
+            self._velocity = sample
+        elif isinstance(sample, PressureSample):
+            self._seen("pressure", stamp)
+            self._barometer.pressure(sample)
+        else:
+            self._seen("attitude", stamp)
+            self._channel.attitude(sample)
+        return self._silence(stamp) if self._required.due(stamp) else None
+
+    def _seen(self, name: str, stamp_ns: int) -> None:
+        self._watches.setdefault(name, InputWatch((name,))).see(name, stamp_ns)
+
+    def _silence(self, stamp_ns: int) -> Verdict:
+        lost = self._required.lost(stamp_ns)
+        assert lost is not None
+        return self._cannot(stamp_ns, lost[0], lost[1], {})
+
+    def _evaluate(self, fix: FixSample) -> Verdict:
+        velocity = self._velocity
+        if velocity is not None and abs(velocity.stamp_ns - fix.stamp_ns) > SAME_NS:
+            velocity = None
+        inertial = self._channel.fix(fix, velocity)
+        suspicious = inertial is not None and inertial.margin >= FREEZE_MARGIN
+        barometric = self._barometer.fix(fix, velocity, suspicious)
+        values = self._values(barometric, inertial)
+        lost = self._lost(fix.stamp_ns)
+        findings = [one for one in (barometric, inertial) if one is not None]
+        margin = max((one.margin for one in findings), default=0.0)
+        if lost is not None and margin < 1.0:
+            return self._cannot(fix.stamp_ns, State.STALE, lost, values)
+        if not findings:
+            return self._undecided(fix.stamp_ns, values)
+        return self._judge(fix.stamp_ns, barometric, inertial, values)
+
+    def _lost(self, stamp_ns: int) -> str | None:
+        """What was there and has stopped."""
+        for watch in self._watches.values():
+            lost = watch.lost(stamp_ns)
+            if lost is not None:
+                return lost[1]
+        return None
+
+    def _values(self, barometric: Finding | None, inertial: Finding | None) -> dict[str, float]:
+        values: dict[str, float] = {}
+        if self._barometer.difference is not None:
+            values["difference"] = self._barometer.difference
+        if barometric is not None:
+            values["barometer_margin"] = barometric.margin
+        if inertial is not None:
+            values["inertial_margin"] = inertial.margin
+            values["vertical_bias"] = self._channel.bias
+            values["noise_scale"] = self._channel.scale
+        return values
+
+    def _undecided(self, stamp_ns: int, values: dict[str, float]) -> Verdict:
+        if "pressure" in self._watches:
+            reason = f"less than {self._parameters.learn_s:g} s of GPS height and pressure"
+            return self._cannot(stamp_ns, State.NOT_READY, reason, values)
+        state = State.NOT_OBSERVABLE
+        if "attitude" not in self._watches or self._channel.learning:
+            state = State.NOT_READY
+        return self._cannot(stamp_ns, state, f"no barometer, {self._channel.why}", values)
+
+    def _cannot(
+        self, stamp_ns: int, state: State, reason: str, values: dict[str, float]
+    ) -> Verdict:
+        self._persistence.reset()
+        return Verdict(self.NAME, stamp_ns, state, 0.0, 1.0, reason, values)
+
+    def _judge(
+        self,
+        stamp_ns: int,
+        barometric: Finding | None,
+        inertial: Finding | None,
+        values: dict[str, float],
+    ) -> Verdict:
+        decides, by = barometric, "barometer"
+        if decides is None or (inertial is not None and inertial.margin > decides.margin):
+            decides, by = inertial, "accelerometer"
+        assert decides is not None
+        state = self._persistence.state(stamp_ns, decides.margin >= 1.0)
+        reason = f"{by}: {decides.text}"
+        if "pressure" not in self._watches:
+            reason += f"; {INERTIAL_ONLY}"
+        return Verdict(self.NAME, stamp_ns, state, decides.margin, 1.0, reason, values)

@@ -1,0 +1,171 @@
+"""Parameters of the altitude detector."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from hijack_detect.detectors.input_watch import patience
+from hijack_detect.parameters import Parameters, param
+
+
+@dataclass(frozen=True)
+class AltitudeParameters(Parameters):
+    """Limits are at least 1.5 times the largest value on clean flights used to choose them."""
+
+    persist_s: float = param(
+        0.6,
+        "A limit must be exceeded for this long to be an ALARM; SUSPICIOUS before.",
+        unit="s",
+        low=0.0,
+        high=60.0,
+    )
+    gps_lag_s: float = param(
+        0.2,
+        "Time from when a GPS height and velocity were true to their header stamp. Receivers "
+        "have 0.05 to 0.35 s.",
+        unit="s",
+        low=0.0,
+        high=1.0,
+    )
+    learn_s: float = param(
+        10.0,
+        "The first difference between GPS and barometer is the mean over this time. NOT_READY "
+        "before.",
+        unit="s",
+        low=1.0,
+        high=120.0,
+    )
+    baro_step_m: float = param(
+        1.5,
+        "Change of the difference between GPS height and barometer that is normal over any "
+        "time: noise and propeller wash. Raise it for a barometer without a foam.",
+        unit="m",
+        low=0.1,
+        high=100.0,
+    )
+    baro_wander_m: float = param(
+        0.6,
+        "Grows with the square root of the time: after t seconds baro_wander_m * sqrt(t) more is "
+        "normal. GPS height wanders by metres in a minute.",
+        unit="m/√s",
+        low=0.0,
+        high=10.0,
+    )
+    baro_total_m: float = param(
+        9.0,
+        "Largest normal distance of the difference from its slowly adapting reference. Raise it "
+        "for receivers that see few satellites.",
+        unit="m",
+        low=0.5,
+        high=200.0,
+    )
+    reference_rate: float = param(
+        0.03,
+        "How fast the reference follows pressure and temperature. Weather needs 0.005, a "
+        "barometer that warms up 0.02. A slower attack than this is invisible.",
+        unit="m/s",
+        low=0.0,
+        high=1.0,
+    )
+    height_scale: float = param(
+        0.08,
+        "Share of a climb by which the barometer may be wrong: 0.07 for air 20 K off the "
+        "standard atmosphere.",
+        low=0.0,
+        high=0.5,
+    )
+    speed_error: float = param(
+        0.3,
+        "Share of the dynamic pressure that reaches the barometer; 10 m/s is 5.1 m of it. The "
+        "speed is that of the GPS, so that the allowance ends at 3 m.",
+        low=0.0,
+        high=2.0,
+    )
+    settle_s: float = param(
+        20.0,
+        "The inertial check waits for this long after the attitude is known, while it learns "
+        "the accelerometer's vertical bias. A third of it after a gap or a tumble.",
+        unit="s",
+        low=2.0,
+        high=300.0,
+    )
+    max_tilt_deg: float = param(
+        55.0,
+        "The inertial check starts over where the body was tilted by more than this: the "
+        "accelerometer's scale and the attitude are not good enough in aerobatics.",
+        unit="deg",
+        low=10.0,
+        high=180.0,
+    )
+    force_noise: float = param(
+        0.25,
+        "Random walk of velocity from a noisy accelerometer in calm flight.",
+        unit="m/s/√s",
+        low=0.01,
+        high=10.0,
+    )
+    manoeuvre_noise: float = param(
+        0.15,
+        "Added to force_noise for each m/s² by which the specific force differs from gravity: "
+        "scale error, lag, vibration.",
+        unit="1/√s",
+        low=0.0,
+        high=5.0,
+    )
+    bias_walk: float = param(
+        0.01,
+        "How fast the accelerometer's vertical bias wanders.",
+        unit="m/s²/√s",
+        low=0.0,
+        high=1.0,
+    )
+    max_bias: float = param(
+        1.0,
+        "The learnt vertical bias stays within this, whatever the GPS says.",
+        unit="m/s²",
+        low=0.05,
+        high=5.0,
+    )
+    calm_innovation: float = param(
+        0.12,
+        "Scatter of the innovation of the GPS vertical velocity below which a flight is as good "
+        "as any. The velocity limits grow with the scatter before the last 20 s, at most "
+        "threefold.",
+        unit="m/s",
+        low=0.01,
+        high=5.0,
+    )
+    manoeuvre_gain: float = param(
+        0.2,
+        "The velocity limits grow by this share for each m/s² by which the specific force of the "
+        "last 5 s differed from gravity by more than 0.5 m/s².",
+        unit="s²/m",
+        low=0.0,
+        high=5.0,
+    )
+    limit_acceleration: float = param(
+        1.65,
+        "Largest normal evidence for an acceleration of the GPS that the accelerometer did not "
+        "feel, standard deviations with the floor of systematic errors.",
+        low=0.5,
+        high=100.0,
+    )
+    limit_velocity: float = param(
+        1.6,
+        "The same for a constant vertical velocity.",
+        low=0.5,
+        high=100.0,
+    )
+    limit_rate: float = param(
+        4.0,
+        "The same for a height that moves without the vertical velocity.",
+        low=0.5,
+        high=100.0,
+    )
+    limit_step: float = param(
+        1.5,
+        "The same for a height that has jumped.",
+        low=0.3,
+        high=100.0,
+    )
+    patience_s: float = patience()

@@ -1,0 +1,208 @@
+"""GPS height and vertical velocity against the accelerometer."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+
+import numpy as np
+
+from hijack_detect.detectors.altitude_parameters import AltitudeParameters
+from hijack_detect.detectors.barometer_check import Finding
+from hijack_detect.detectors.onset_bank import Evidence, OnsetBank
+from hijack_detect.detectors.vertical_force import Sum, VerticalForce
+from hijack_detect.estimation.rotation import Array
+from hijack_detect.streams.samples import NANOSECONDS, AttitudeSample, FixSample, VelocitySample
+
+HEIGHT_NOISE = 0.7
+"""m, of a fix on the next."""
+VELOCITY_NOISE = 0.25
+"""m/s."""
+NO_VELOCITY = 1e4
+"""m/s: noise of a velocity that was not given."""
+WANDER_M, WANDER_S = 4.0, 60.0
+"""GPS height error: standard deviation and time constant."""
+INITIAL_BIAS = 0.3
+"""m/s², standard deviation."""
+HISTORY_NS = 20 * NANOSECONDS
+"""Scatter is learnt from innovations older than this, so never from those under test."""
+GROW_S, SHRINK_S = 40.0, 200.0
+"""The scatter grows faster than it shrinks: a calm minute on the ground says little of flight."""
+MAX_SCALE = 3.0
+MAX_INTERVAL_S = 2.0
+RECENT = 25
+"""Intervals whose strongest manoeuvre widens the velocity limits: 5 s at 5 Hz."""
+NOISE_RECENT = 10
+"""Intervals whose mean manoeuvre is in the noise of the velocity: 2 s at 5 Hz."""
+CALM_MANOEUVRE = 0.5
+"""m/s²: specific force is off gravity by less in calm flight."""
+FROZEN_MARGIN = 0.7
+"""From this margin on nothing is learnt of the scatter."""
+MEASURES = np.array([[1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 0.0]])
+WORDS = (
+    "vertical acceleration {size:+.2f} m/s² that the accelerometer did not feel",
+    "vertical velocity {size:+.1f} m/s that the accelerometer did not feel",
+    "height moves {size:+.1f} m/s without the vertical velocity",
+    "height jumped {size:+.1f} m",
+)
+
+
+class Scatter:
+    """Standard deviation of old innovations, m/s: how good IMU and GPS of this vehicle are."""
+
+    def __init__(self, calm: float) -> None:
+        """Start with the worst scatter that is told apart."""
+        self._calm = calm
+        self._variance = (MAX_SCALE * calm) ** 2
+        self._waiting: deque[tuple[int, float, float]] = deque()
+
+    def add(self, stamp_ns: int, innovation: float, dt_s: float) -> None:
+        """Take an innovation of a moment when nothing was suspicious."""
+        self._waiting.append((stamp_ns, innovation, dt_s))
+        while self._waiting[0][0] < stamp_ns - HISTORY_NS:
+            _, old, dt = self._waiting.popleft()
+            old = min(abs(old), 2.0 * MAX_SCALE * self._calm)
+            more = old * old - self._variance
+            self._variance += min(1.0, dt / (GROW_S if more > 0.0 else SHRINK_S)) * more
+
+    def forget_recent(self) -> None:
+        """Drop the innovations that are still under test."""
+        self._waiting.clear()
+
+    @property
+    def scale(self) -> float:
+        """Scatter over the calm one, from 1 to MAX_SCALE."""
+        return min(MAX_SCALE, max(1.0, math.sqrt(self._variance) / self._calm))
+
+
+class VerticalChannel:
+    """Kalman filter of height, velocity, accelerometer bias and GPS height error, and its bank.
+
+    The accelerometer carries the state from fix to fix; each fix and velocity gives an
+    innovation, and `OnsetBank` says how likely an offset since some moment of the last 20 s is.
+    """
+
+    def __init__(self, parameters: AltitudeParameters) -> None:
+        """Start without a state."""
+        self._p = parameters
+        self._force = VerticalForce(parameters.max_tilt_deg, 4.0)
+        self._lag_ns = round(parameters.gps_lag_s * NANOSECONDS)
+        self._scatter = Scatter(parameters.calm_innovation)
+        self._bias = 0.0
+        self._x: Array | None = None
+        self._covariance = np.zeros((4, 4))
+        self._bank = OnsetBank()
+        self._sum: Sum | None = None
+        self._ready_ns = 0
+        self._begun = False
+        self._manoeuvres: deque[float] = deque(maxlen=RECENT)
+        self.why = "attitude unknown"
+        """Why the last fix could not be judged."""
+        self.learning = False
+        """Whether it could not be judged because too little is learnt yet."""
+
+    @property
+    def bias(self) -> float:
+        """Vertical bias of the accelerometer, m/s²."""
+        return self._bias
+
+    @property
+    def scale(self) -> float:
+        """How much the velocity limits are widened for this vehicle, 1 to 3."""
+        return self._scatter.scale
+
+    def attitude(self, sample: AttitudeSample) -> None:
+        """Take an attitude with its specific force."""
+        self._force.add(sample)
+
+    def fix(self, fix: FixSample, velocity: VelocitySample | None) -> Finding | None:
+        """Judge a fix with the velocity of the same time; None where it cannot be judged."""
+        now = self._force.at(fix.stamp_ns - self._lag_ns)
+        before, self._sum = self._sum, now
+        self.learning = False
+        if now is None:
+            self._x = None
+            self.why = self._force.why or "too little attitude"
+            return None
+        measured = np.array([fix.altitude_m, velocity.velocity[2] if velocity else 0.0])
+        if self._x is None or before is None or not self._joined(before, now):
+            self._restart(fix.stamp_ns, measured, velocity is not None)
+            return None
+        self._step(before, now, measured, fix.stamp_ns, velocity is not None)
+        if fix.stamp_ns < self._ready_ns:
+            self._learning((self._ready_ns - fix.stamp_ns) / NANOSECONDS)
+            return None
+        finding = self._judge(now.stamp_ns / NANOSECONDS)
+        if finding.margin > FROZEN_MARGIN:
+            self._scatter.forget_recent()
+        return finding
+
+    def _joined(self, before: Sum, now: Sum) -> bool:
+        dt = (now.stamp_ns - before.stamp_ns) / NANOSECONDS
+        return before.piece == now.piece and 0.0 < dt <= MAX_INTERVAL_S
+
+    def _learning(self, seconds: float) -> None:
+        self.learning = True
+        self.why = f"the accelerometer's vertical bias is learnt for {seconds:.0f} s more"
+
+    def _restart(self, stamp_ns: int, measured: Array, with_velocity: bool) -> None:
+        settle_s = self._p.settle_s / (3.0 if self._begun else 1.0)
+        self._ready_ns = stamp_ns + round(settle_s * NANOSECONDS)
+        self._x = np.array([measured[0], measured[1], self._bias, 0.0])
+        speed = 1.0 if with_velocity else 25.0
+        self._covariance = np.diag([0.01, speed, INITIAL_BIAS**2, WANDER_M**2])
+        self._bank = OnsetBank()
+        self._manoeuvres.clear()
+        self._scatter.forget_recent()
+        self._learning(settle_s)
+
+    def _step(self, a: Sum, b: Sum, measured: Array, stamp_ns: int, with_velocity: bool) -> None:
+        """Carry the state from a to b, and correct it."""
+        assert self._x is not None
+        p = self._p
+        dt = (b.stamp_ns - a.stamp_ns) / NANOSECONDS
+        gained = b.velocity - a.velocity
+        self._manoeuvres.append((b.manoeuvre - a.manoeuvre) / dt)
+        recent = list(self._manoeuvres)[-NOISE_RECENT:]
+        manoeuvre = sum(recent) / len(recent)
+        kept = math.exp(-dt / WANDER_S)
+        f = np.eye(4)
+        f[0, 1], f[0, 2], f[1, 2], f[3, 3] = dt, -0.5 * dt * dt, -dt, kept
+        power = (p.force_noise + p.manoeuvre_noise * manoeuvre) ** 2
+        noise = np.zeros((4, 4))
+        noise[0, 0] = power * dt**3 / 3.0
+        noise[0, 1] = noise[1, 0] = power * dt * dt / 2.0
+        noise[1, 1] = power * dt
+        noise[2, 2] = p.bias_walk**2 * dt
+        noise[3, 3] = WANDER_M**2 * (1.0 - kept * kept)
+        x = f @ self._x + np.array([0.5 * gained * dt, gained, 0.0, 0.0])
+        covariance = f @ self._covariance @ f.T + noise
+        speed_noise = VELOCITY_NOISE if with_velocity else NO_VELOCITY
+        spread = MEASURES @ covariance @ MEASURES.T + np.diag([HEIGHT_NOISE**2, speed_noise**2])
+        precision = np.linalg.inv(spread)
+        gain = covariance @ MEASURES.T @ precision
+        innovation = measured - MEASURES @ x
+        self._bank.update(b.stamp_ns / NANOSECONDS, f, MEASURES, gain, precision, innovation)
+        x = x + gain @ innovation
+        x[2] = min(p.max_bias, max(-p.max_bias, x[2]))
+        covariance = (np.eye(4) - gain @ MEASURES) @ covariance
+        self._covariance = 0.5 * (covariance + covariance.T)
+        self._x, self._bias, self._begun = x, float(x[2]), True
+        if with_velocity:
+            self._scatter.add(stamp_ns, float(innovation[1]), dt)
+
+    def _judge(self, t_s: float) -> Finding:
+        p, scale = self._p, self._scatter.scale
+        scale *= 1.0 + p.manoeuvre_gain * max(0.0, max(self._manoeuvres) - CALM_MANOEUVRE)
+        limits = (
+            p.limit_acceleration * scale,
+            p.limit_velocity * scale,
+            p.limit_rate,
+            p.limit_step,
+        )
+        best: tuple[float, Evidence, str] = (-1.0, Evidence(0.0, 0.0, 0.0), "")
+        for limit, one, words in zip(limits, self._bank.evidence(t_s), WORDS, strict=True):
+            if one.score / limit > best[0]:
+                best = (one.score / limit, one, words)
+        margin, one, words = best
+        return Finding(margin, f"{words.format(size=one.size)} in {one.age_s:.0f} s")

@@ -1,0 +1,284 @@
+"""GPS height against barometer and accelerometer, on motions worked out by hand."""
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hijack_detect.detectors.altitude import AltitudeDetector
+from hijack_detect.detectors.altitude_parameters import AltitudeParameters
+from hijack_detect.detectors.barometer_check import BarometerCheck
+from hijack_detect.detectors.onset_bank import OnsetBank
+from hijack_detect.detectors.verdict import State, Verdict
+from hijack_detect.detectors.vertical_force import VerticalForce
+from hijack_detect.streams.samples import (
+    AttitudeSample,
+    FixSample,
+    PressureSample,
+    Quaternion,
+    Sample,
+    VelocitySample,
+)
+
+MS = 1_000_000
+SECOND = 10**9
+DEFAULT = AltitudeParameters()
+LEVEL: Quaternion = (0.0, 0.0, 0.0, 1.0)
+Motion = Callable[[float], float]
+Sent = list[tuple[str, Sample]]
+BAROMETER = ("attitude", "pressure", "velocity", "fix")
+INERTIAL = ("attitude", "velocity", "fix")
+
+
+def still(_: float) -> float:
+    return 0.0
+
+
+def pascal(height_m: float) -> float:
+    """Hydrostatics of air at the standard's lapse rate, with its own constants."""
+    exponent = 9.80665 * 0.0289644 / (8.31446 * 0.0065)
+    return float(101_325.0 * (1.0 - 0.0065 * height_m / 288.15) ** exponent)
+
+
+def flight(
+    seconds: float,
+    *,
+    height: Motion = still,
+    climb: Motion = still,
+    felt: Motion = still,
+    offset: Motion = still,
+    offset_rate: Motion = still,
+    inputs: Iterable[str] = BAROMETER,
+    orientation: Quaternion | None = LEVEL,
+) -> Sent:
+    """IMU at 50 Hz, barometer at 10 Hz, GPS at 5 Hz with the lag of the parameters, no errors.
+
+    Args:
+        seconds: How long.
+        height: True height, m.
+        climb: Its rate, m/s.
+        felt: Its acceleration, m/s².
+        offset: What the GPS adds to the height, at the stamp.
+        offset_rate: What it adds to the climb rate.
+        inputs: Which inputs there are.
+        orientation: Attitude, FLU in ENU.
+    """
+    sent: Sent = []
+    for ms in range(0, round(seconds * 1000), 20):
+        stamp, t = ms * MS, ms / 1000
+        then = t - DEFAULT.gps_lag_s
+        force = (0.0, 0.0, 9.80665 + felt(t))
+        sent.append(("attitude", AttitudeSample(stamp, orientation, 0.0, (0.0,) * 3, force)))
+        if ms % 100 == 0:
+            sent.append(("pressure", PressureSample(stamp, pascal(100.0 + height(t)))))
+        if ms % 200 == 0:
+            reported = 100.0 + height(then) + offset(t)
+            up = climb(then) + offset_rate(t)
+            sent.append(("velocity", VelocitySample(stamp, (0.0, 0.0, up))))
+            sent.append(("fix", FixSample(stamp, 48.0, 11.0, reported)))
+    chosen = set(inputs)
+    return [one for one in sent if one[0] in chosen]
+
+
+def run(sent: Sent, parameters: AltitudeParameters = DEFAULT) -> list[Verdict]:
+    detector = AltitudeDetector(parameters)
+    verdicts = (detector.update(name, sample) for name, sample in sent)
+    return [one for one in verdicts if one is not None]
+
+
+def first_alarm_s(verdicts: list[Verdict]) -> float | None:
+    return next((one.stamp_ns / SECOND for one in verdicts if one.state is State.ALARM), None)
+
+
+def ramp(rate: float, at_s: float) -> Motion:
+    return lambda t: rate * max(0.0, t - at_s)
+
+
+def step(size: float, at_s: float) -> Motion:
+    return lambda t: size if t >= at_s else 0.0
+
+
+@pytest.mark.parametrize("inputs", [BAROMETER, INERTIAL])
+def test_a_climb_of_30_metres_agrees(inputs: tuple[str, ...]) -> None:
+    """15 m (1 - cos 0.2 t): up to 3 m/s and 0.6 m/s²."""
+    sent = flight(
+        60.0,
+        height=lambda t: 15.0 * (1.0 - math.cos(0.2 * t)),
+        climb=lambda t: 3.0 * math.sin(0.2 * t),
+        felt=lambda t: 0.6 * math.cos(0.2 * t),
+        inputs=inputs,
+    )
+    verdicts = run(sent)
+    assert verdicts[-1].state is State.NORMAL
+    assert max(one.margin for one in verdicts) < 0.2
+
+
+def test_a_ramp_of_1_metre_per_second_against_the_barometer() -> None:
+    """5 s of it are 5 m, the limit of 5 s is 1.5 + 0.6 √5 = 2.8 m."""
+    sent = flight(50.0, offset=ramp(1.0, 30.0), offset_rate=step(1.0, 30.0))
+    verdicts = run(sent)
+    alarm = first_alarm_s(verdicts)
+    assert alarm is not None
+    assert 30.0 + 2.1 < alarm < 30.0 + 4.0
+    last = verdicts[-1]
+    assert last.state is State.ALARM
+    assert last.reason.startswith("barometer: GPS")
+    assert last.values["difference"] == pytest.approx(20.0, abs=0.5)
+
+
+@pytest.mark.parametrize("size", [-20.0, -10.0, 10.0, 20.0])
+@pytest.mark.parametrize("inputs", [BAROMETER, INERTIAL])
+def test_a_step_is_told_within_two_seconds(inputs: tuple[str, ...], size: float) -> None:
+    alarm = first_alarm_s(run(flight(45.0, offset=step(size, 40.0), inputs=inputs)))
+    assert alarm is not None
+    assert 40.0 < alarm <= 42.0
+
+
+def test_a_step_stays_an_alarm_while_it_lasts_and_ends_with_it() -> None:
+    sent = flight(150.0, offset=lambda t: 12.0 if 30.0 <= t < 120.0 else 0.0)
+    by_time = {one.stamp_ns // MS: one for one in run(sent)}
+    assert by_time[119_000].state is State.ALARM
+    assert by_time[119_000].values["difference"] == pytest.approx(12.0, abs=0.2)
+    assert abs(by_time[149_800].values["difference"]) < 0.2
+
+
+def test_a_fast_ramp_is_told_without_a_barometer() -> None:
+    """9 m/s built up in 3 s, which the accelerometer did not feel."""
+    sent = flight(
+        60.0,
+        offset=lambda t: 1.5 * min(max(t - 40.0, 0.0), 3.0) ** 2 + 9.0 * max(0.0, t - 43.0),
+        offset_rate=lambda t: 3.0 * min(max(t - 40.0, 0.0), 3.0),
+        inputs=INERTIAL,
+    )
+    verdicts = run(sent)
+    alarm = first_alarm_s(verdicts)
+    assert alarm is not None
+    assert 40.0 < alarm < 46.0
+    assert "accelerometer" in verdicts[-1].reason
+    assert "no barometer" in verdicts[-1].reason
+
+
+def test_a_constant_bias_of_the_accelerometer_is_learnt() -> None:
+    sent = flight(80.0, felt=lambda _: 0.25, inputs=INERTIAL)
+    verdicts = run(sent)
+    assert verdicts[-1].values["vertical_bias"] == pytest.approx(0.25, abs=0.05)
+    assert first_alarm_s(verdicts) is None
+
+
+def test_weather_is_followed_and_an_attack_is_not() -> None:
+    """0.02 m/s for ten minutes is 12 m of pressure drift; 0.3 m/s is no weather."""
+    sent = flight(600.0, offset=ramp(0.02, 0.0), inputs=("pressure", "velocity", "fix"))
+    drift = run(sent)
+    assert max(one.margin for one in drift) < 0.5
+    slow = flight(120.0, offset=ramp(0.3, 30.0), inputs=("pressure", "velocity", "fix"))
+    alarm = first_alarm_s(run(slow))
+    assert alarm is not None
+    assert alarm < 75.0
+
+
+def test_not_ready_until_the_reference_is_learnt() -> None:
+    verdicts = run(flight(25.0, inputs=("pressure", "fix")))
+    assert verdicts[0].state is State.NOT_READY
+    assert "less than 10 s" in verdicts[0].reason
+    ready = next(one for one in verdicts if one.state is State.NORMAL)
+    assert ready.stamp_ns == pytest.approx(10.4 * SECOND, abs=0.3 * SECOND)
+
+
+def test_without_barometer_and_attitude_it_is_not_observable() -> None:
+    last = run(flight(40.0, inputs=INERTIAL, orientation=None))[-1]
+    assert last.state is State.NOT_OBSERVABLE
+    assert last.reason == "no barometer, attitude unknown"
+
+
+def test_without_anything_but_fixes_it_is_not_ready() -> None:
+    assert {one.state for one in run(flight(30.0, inputs=("fix",)))} == {State.NOT_READY}
+
+
+@pytest.mark.parametrize("gone", ["pressure", "velocity", "attitude"])
+def test_an_input_that_stops_is_told(gone: str) -> None:
+    sent = [(name, one) for name, one in flight(50.0) if name != gone or one.stamp_ns < 40 * SECOND]
+    last = run(sent)[-1]
+    assert last.state is State.STALE
+    assert gone in last.reason
+
+
+def test_fixes_that_stop_are_told() -> None:
+    sent = [
+        (name, one) for name, one in flight(50.0) if name != "fix" or one.stamp_ns < 40 * SECOND
+    ]
+    last = run(sent)[-1]
+    assert last.state is State.STALE
+    assert last.reason.startswith("no fix for")
+
+
+def test_an_attack_from_the_first_fix_does_not_blind_it() -> None:
+    """The reference is learnt from a GPS that is 50 m off; the next step is told all the same."""
+    sent = flight(60.0, offset=lambda t: 50.0 + (15.0 if t >= 40.0 else 0.0))
+    alarm = first_alarm_s(run(sent))
+    assert alarm is not None
+    assert 40.0 < alarm < 42.0
+
+
+def test_speed_and_a_climb_widen_the_limit_and_no_more_than_allowed() -> None:
+    """At 100 m/s the dynamic head is 510 m; the allowance is 3 m."""
+    check = BarometerCheck(replace(DEFAULT, learn_s=1.0))
+    margins = []
+    for tick in range(100):
+        stamp = tick * SECOND // 5
+        check.pressure(PressureSample(stamp, pascal(100.0)))
+        speed = 100.0 if tick >= 50 else 0.0
+        fix = FixSample(stamp, 48.0, 11.0, 100.0 + (8.0 if tick >= 50 else 0.0))
+        finding = check.fix(fix, VelocitySample(stamp, (speed, 0.0, 0.0)), frozen=False)
+        margins.append(finding.margin if finding else 0.0)
+    assert max(margins) == pytest.approx(8.0 / (1.5 + 0.6 + 3.0), abs=0.05)
+
+
+def test_vertical_force_of_a_body_that_is_rolled_over() -> None:
+    """Rolled by 60°, which is more than the 55° allowed, then by 30°: cos 30° of 12 m/s² is up."""
+    force = VerticalForce(55.0, 5.0)
+    for ms in range(0, 1001, 20):
+        roll = 60.0 if ms < 500 else 30.0
+        half = math.radians(roll) / 2.0
+        turn = (math.sin(half), 0.0, 0.0, math.cos(half))
+        force.add(AttitudeSample(ms * MS, turn, 0.0, (0.0,) * 3, (0.0, 0.0, 12.0)))
+        assert (force.why == "") == (ms >= 500)
+    assert force.at(400 * MS) is None
+    start, end = force.at(600 * MS), force.at(950 * MS)
+    assert start is not None
+    assert end is not None
+    felt = 12.0 * math.cos(math.radians(30.0)) - 9.80665
+    assert end.velocity - start.velocity == pytest.approx(0.35 * felt)
+
+
+@settings(deadline=None, max_examples=25)
+@given(st.floats(-5.0, 5.0), st.integers(0, 3))
+def test_the_bank_finds_the_size_of_an_offset_without_noise(size: float, signature: int) -> None:
+    """A filter that learns nothing (gain 0); only the first onset is old enough to be judged."""
+    bank = OnsetBank()
+    h = np.array([[1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 0.0]])
+    for tick in range(9):
+        t = tick * 0.2
+        shapes = [(0.5 * t * t, t), (t, 1.0), (t, 0.0), (1.0, 0.0)]
+        offset = np.array(shapes[signature]) * size
+        if tick == 0:
+            offset = np.zeros(2)
+        bank.update(t, np.eye(4), h, np.zeros((4, 2)), np.eye(2), offset)
+    found = bank.evidence(1.6)[signature]
+    assert found.size == pytest.approx(size)
+    assert found.age_s == pytest.approx(1.6)
+
+
+def test_a_bag_of_garbled_heights_never_ends_it() -> None:
+    sent = flight(30.0, offset=lambda t: 1e4 * math.sin(37.0 * t))
+    for one in run(sent):
+        assert math.isfinite(one.score)
+        assert one.score >= 0.0
+
+
+def test_the_same_samples_give_the_same_verdicts() -> None:
+    sent = flight(40.0, offset=step(10.0, 30.0))
+    assert run(sent) == run(sent)
