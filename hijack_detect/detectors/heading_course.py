@@ -1,0 +1,93 @@
+"""Course over ground against the nose, whose heading does not come from the GPS."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+
+from hijack_detect.detectors.correlation_parameters import CorrelationParameters
+from hijack_detect.detectors.follow import FollowsCourse
+from hijack_detect.detectors.heading_parameters import HeadingParameters
+from hijack_detect.detectors.window import Unwrap, WindowSums
+from hijack_detect.estimation.course import CourseEstimator, CourseParameters
+from hijack_detect.streams.samples import NANOSECONDS, FixSample, VelocitySample
+
+FOLLOW = CorrelationParameters(
+    window_s=2.0, follow_s=10.0, follow_sigma_deg=8.0, follow_offset_deg=45.0
+)
+"""The course is judged over 2 s against the 10 s before."""
+KEPT_NS = 2 * NANOSECONDS
+"""Noses older than this belong to no GPS sample that is still to come."""
+NO_VELOCITY_NS = 2 * NANOSECONDS
+"""Without a GPS velocity for this long the course comes from the fixes."""
+
+
+class NoseCourse:
+    """How far the course has turned from the nose since the nose last followed it."""
+
+    def __init__(self, parameters: HeadingParameters) -> None:
+        """Start without history."""
+        self._min_speed = parameters.min_speed
+        self._lag_ns = round(parameters.gps_lag_s * NANOSECONDS)
+        self._noses: deque[tuple[int, float]] = deque()
+        self._follows = FollowsCourse(FOLLOW)
+        self._window = WindowSums(round(FOLLOW.window_s * NANOSECONDS), 1)
+        self._unwrap = Unwrap()
+        self._fixes = CourseEstimator(CourseParameters(min_speed=parameters.min_speed))
+        self._velocity_ns: int | None = None
+        self._newest_ns: int | None = None
+        self.difference: float | None = None
+        """Newest course minus nose, rad, wrapped; None while there is no course."""
+
+    def turned(self, stamp_ns: int, nose: float) -> None:
+        """Note the heading of the nose, rad."""
+        self._noses.append((stamp_ns, nose))
+        while self._noses[0][0] < stamp_ns - KEPT_NS:
+            self._noses.popleft()
+
+    def velocity(self, sample: VelocitySample) -> None:
+        """Take a GPS velocity."""
+        east, north, _ = sample.velocity
+        self._velocity_ns = sample.stamp_ns
+        fast = math.hypot(east, north) >= self._min_speed
+        self._course(sample.stamp_ns, math.atan2(north, east) if fast else None)
+
+    def fix(self, fix: FixSample) -> None:
+        """Take a fix; its course counts where there is no GPS velocity."""
+        course = self._fixes.update("fix", fix)
+        last_ns = self._velocity_ns
+        if last_ns is None or fix.stamp_ns - last_ns > NO_VELOCITY_NS:
+            self._course(fix.stamp_ns, course.angle if course.observable else None)
+
+    def _course(self, stamp_ns: int, course: float | None) -> None:
+        nose = self._nose(stamp_ns - self._lag_ns)
+        if course is None or nose is None:
+            self.interrupt()
+            return
+        self._newest_ns = stamp_ns
+        self.difference = math.remainder(course - nose, math.tau)
+        continuous = self._unwrap(self.difference)
+        self._window.add(stamp_ns, (continuous,))
+        self._follows.add(stamp_ns, continuous)
+
+    def _nose(self, stamp_ns: int) -> float | None:
+        found = None
+        while self._noses and self._noses[0][0] <= stamp_ns:
+            found = self._noses.popleft()
+        if found is not None:
+            self._noses.appendleft(found)
+        return None if found is None else found[1]
+
+    def interrupt(self) -> None:
+        """The course was lost: begin afresh."""
+        self._follows.interrupt()
+        self._window.clear()
+        self.difference = None
+
+    def turn(self, stamp_ns: int) -> float:
+        """Turn of the course from the nose, rad; 0 where the nose did not follow it."""
+        if self._newest_ns is None or stamp_ns - self._newest_ns > NO_VELOCITY_NS:
+            return 0.0
+        if not len(self._window) or self._follows.problem():
+            return 0.0
+        return math.remainder(self._window.mean(0) - self._follows.offset, math.tau)
