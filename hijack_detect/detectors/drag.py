@@ -1,0 +1,257 @@
+"""Drag as an airspeed sensor: does the GPS velocity need a wind that no atmosphere makes?"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hijack_detect.detectors.drag_blocks import BlockBuilder, FlightBlock
+from hijack_detect.detectors.drag_parameters import DragParameters
+from hijack_detect.detectors.drag_phase import FlightPhase
+from hijack_detect.detectors.input_watch import InputWatch
+from hijack_detect.detectors.persistence import Persistence
+from hijack_detect.detectors.verdict import State, Verdict
+from hijack_detect.estimation.course import displacement
+from hijack_detect.estimation.drag_filter import (
+    BIAS,
+    DRAG,
+    WIND,
+    AirBlock,
+    DragFilter,
+    WindChange,
+)
+from hijack_detect.streams.merge import SENSOR_PATIENCE_S
+from hijack_detect.streams.samples import (
+    NANOSECONDS,
+    AttitudeSample,
+    FixSample,
+    VelocitySample,
+)
+
+CHECKPOINT_NS = NANOSECONDS
+"""The filter is copied this often."""
+RELEASE = 0.8
+"""Parameters that are kept are given up below this share of the limit."""
+LOADS = (4.0, 20.0)
+"""m/s²; outside, the vehicle falls or tumbles."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Checkpoint:
+    stamp_ns: int
+    filter: DragFilter
+
+
+class DragDetector:
+    """Compares the wind of the last seconds with the parameters from before.
+
+    A filter learns wind, drag and accelerometer bias (`estimation.drag_filter`). When the reported
+    velocity leaves the true one by a constant offset, the specific force stays that of the
+    true motion, and the wind seems to change by the offset. Weather changes too, so the limit
+    grows with the wind, and this is a slow and soft voter: it sees an offset of 4 m/s long after
+    its onset, and neither a displacement nor anything vertical.
+
+    While the change is over its limit, the parameters from before are kept, so that an attack does
+    not become the new weather. There is a verdict for every block.
+    """
+
+    NAME = "drag"
+
+    def __init__(self, parameters: DragParameters) -> None:
+        """Start without history."""
+        self._parameters = p = parameters
+        self.inputs = {
+            "attitude": p.patience_s,
+            "fix": SENSOR_PATIENCE_S,
+            "velocity": SENSOR_PATIENCE_S,
+        }
+        self._lag_ns = round(p.gps_lag_s * NANOSECONDS)
+        self._gap_ns = round(p.max_gap_s * NANOSECONDS)
+        self._blocks = BlockBuilder(p.block_s, p.max_gap_s, p.gps_lag_s)
+        self._phase = FlightPhase(p.moving_speed, p.still_share)
+        self._filter = DragFilter(p.noise)
+        self._checkpoints: deque[_Checkpoint] = deque()
+        self._recent: deque[AirBlock] = deque()
+        self._kept: _Checkpoint | None = None
+        self._last_ns: int | None = None
+        self._persistence = Persistence(p.persist_s)
+        self._watch = InputWatch(("attitude", "GPS velocity"))
+        self._fix: FixSample | None = None
+        self._velocity_ns: int | None = None
+
+    def update(
+        self, name: str, sample: AttitudeSample | FixSample | VelocitySample
+    ) -> Verdict | None:
+        """Take the next sample in order of stamp; every full block gives a verdict."""
+        if isinstance(sample, AttitudeSample):
+            self._watch.see("attitude", sample.stamp_ns)
+            self._blocks.attitude(sample)
+            due = self._watch.due(sample.stamp_ns)
+            return self._cannot_tell(sample.stamp_ns) if due else None
+        stamp = sample.stamp_ns
+        if isinstance(sample, VelocitySample):
+            self._velocity_ns = stamp
+            return self._moved(stamp, stamp - self._lag_ns, sample.velocity)
+        previous, self._fix = self._fix, sample if sample.has_fix else None
+        if self._velocity_ns is not None and stamp - self._velocity_ns <= self._gap_ns:
+            return None
+        if previous is None or not sample.has_fix:
+            return None
+        dt_ns = stamp - previous.stamp_ns
+        east, north, up = (along * NANOSECONDS / dt_ns for along in displacement(previous, sample))
+        return self._moved(stamp, stamp - self._lag_ns - dt_ns // 2, (east, north, up))
+
+    def _moved(
+        self, stamp_ns: int, valid_ns: int, velocity: tuple[float, float, float]
+    ) -> Verdict | None:
+        """A GPS velocity, and when it was true."""
+        self._watch.see("GPS velocity", stamp_ns)
+        block = self._blocks.velocity(stamp_ns, valid_ns, np.array(velocity))
+        if block is not None:
+            return self._evaluate(block)
+        if self._last_ns is None:
+            self._last_ns = stamp_ns
+        if stamp_ns - self._last_ns < self._gap_ns:
+            return None
+        self._forget_wind()
+        self._last_ns = stamp_ns
+        return self._cannot_tell(stamp_ns)
+
+    def _cannot_tell(self, stamp_ns: int) -> Verdict:
+        """A verdict where there is no block."""
+        state, reason = self._watch.lost(stamp_ns) or (
+            State.NOT_OBSERVABLE,
+            "the attitude is not known",
+        )
+        return self._no_score(stamp_ns, state, reason)
+
+    def _no_score(self, stamp_ns: int, state: State, reason: str) -> Verdict:
+        self._persistence.reset()
+        return Verdict(self.NAME, stamp_ns, state, 0.0, self._parameters.least_limit, reason)
+
+    def _forget_wind(self) -> None:
+        """Another flight begins, or a part of this one was missed."""
+        self._checkpoints.clear()
+        self._recent.clear()
+        self._kept = None
+        self._filter.forget_wind()
+
+    def _evaluate(self, block: FlightBlock) -> Verdict:
+        p, stamp = self._parameters, block.air.stamp_ns
+        if self._last_ns is not None and stamp - self._last_ns > self._gap_ns:
+            self._forget_wind()
+        self._last_ns = stamp
+        if self._phase.update(block):
+            self._forget_wind()
+        unusable = self._unusable(block)
+        if unusable is not None:
+            return self._no_score(stamp, State.NOT_OBSERVABLE, unusable)
+        self._learn(block.air)
+        reference = self._reference(stamp)
+        if reference is None:
+            reason = f"less than {p.ready_s:g} s of flight to compare with"
+            return self._no_score(stamp, State.NOT_READY, reason)
+        unlearnt = self._unlearnt(reference.filter)
+        if unlearnt is not None:
+            self._kept = None
+            return self._no_score(stamp, State.NOT_OBSERVABLE, unlearnt)
+        change = reference.filter.wind_change(self._recent, p.prior_change)
+        return self._judge(stamp, reference, change)
+
+    def _unusable(self, block: FlightBlock) -> str | None:
+        """Why a block says nothing about drag, if so."""
+        p = self._parameters
+        if self._phase.air_s == 0.0:
+            return "on the ground, or not yet in motion"
+        if self._phase.air_s < p.settle_s:
+            return "taking off"
+        sigma = math.degrees(math.sqrt(block.heading_variance))
+        if sigma > p.max_heading_sigma_deg:
+            return f"heading known to {min(sigma, 180.0):.0f}° only"
+        if not LOADS[0] < block.load < LOADS[1]:
+            return f"specific force of {block.load:.0f} m/s²: falling or tumbling"
+        return None
+
+    def _learn(self, block: AirBlock) -> None:
+        p, stamp = self._parameters, block.stamp_ns
+        self._filter.wait(block.seconds)
+        self._filter.update(block)
+        self._recent.append(block)
+        while self._recent[0].stamp_ns < stamp - round(p.recent_s * NANOSECONDS):
+            self._recent.popleft()
+        checkpoints = self._checkpoints
+        if not checkpoints or stamp - checkpoints[-1].stamp_ns >= CHECKPOINT_NS:
+            checkpoints.append(_Checkpoint(stamp, self._filter.copy()))
+        oldest_ns = stamp - round(p.frozen_s * NANOSECONDS)
+        while len(checkpoints) > 1 and checkpoints[1].stamp_ns <= oldest_ns:
+            checkpoints.popleft()
+
+    def _reference(self, stamp_ns: int) -> _Checkpoint | None:
+        """The parameters to compare with; None in the first time of a flight."""
+        p, oldest = self._parameters, self._checkpoints[0]
+        kept = self._kept
+        if kept is not None and stamp_ns - kept.stamp_ns <= p.hold_s * NANOSECONDS:
+            return kept
+        self._kept = None
+        ready_ns = round(max(p.ready_s, p.recent_s) * NANOSECONDS)
+        return oldest if stamp_ns - oldest.stamp_ns >= ready_ns else None
+
+    def _unlearnt(self, learnt: DragFilter) -> str | None:
+        """Why the parameters are not those of a multirotor that was learnt, if so."""
+        p, drag = self._parameters, float(learnt.state[DRAG])
+        if learnt.residual > p.max_residual:
+            return (
+                "drag does not explain the specific force: "
+                f"{learnt.residual:.2f} m/s² are left (limit {p.max_residual:g})"
+            )
+        if drag < p.least_drag:
+            return f"drag of {drag:.2f} 1/s is too small to see the air by"
+        if learnt.drag_sigma > p.learnt_share * p.drag_sigma:
+            return f"drag is not learnt yet: {drag:.2f} ± {learnt.drag_sigma:.2f} 1/s"
+        return None
+
+    def _judge(self, stamp_ns: int, reference: _Checkpoint, change: WindChange) -> Verdict:
+        p, before = self._parameters, reference.filter
+        limit = p.limit(before.wind_speed)
+        over = change.size > limit
+        verdict = Verdict(
+            self.NAME,
+            stamp_ns,
+            State.NORMAL,
+            change.size,
+            limit,
+            f"needs a wind change of {change.size:.1f} m/s in "
+            f"{(stamp_ns - reference.stamp_ns) / NANOSECONDS:.0f} s (limit {limit:.1f})",
+            self._values(before, change),
+        )
+        if (change.sigma_along if over else change.sigma) > p.max_sigma:
+            self._kept = None
+            self._persistence.reset()
+            reason = (
+                f"wind and bias cannot be told apart on this route: the change of wind is known to "
+                f"{change.sigma:.1f} m/s only (limit {p.max_sigma:g})"
+            )
+            return replace(verdict, state=State.NOT_OBSERVABLE, score=0.0, reason=reason)
+        if over:
+            self._kept = reference
+        elif change.size < RELEASE * limit:
+            self._kept = None
+        return replace(verdict, state=self._persistence.state(stamp_ns, over))
+
+    def _values(self, before: DragFilter, change: WindChange) -> dict[str, float]:
+        """Wind, drag and bias from before the change, and the change."""
+        east, north = before.state[WIND].tolist()
+        bias_x, bias_y = before.state[BIAS].tolist()
+        return {
+            "wind_change": change.size,
+            "sigma": change.sigma,
+            "wind_speed": before.wind_speed,
+            "wind_east": east,
+            "wind_north": north,
+            "drag": float(before.state[DRAG]),
+            "bias_x": bias_x,
+            "bias_y": bias_y,
+        }

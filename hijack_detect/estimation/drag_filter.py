@@ -1,0 +1,236 @@
+"""A multirotor as an airspeed sensor: wind, drag and accelerometer bias from specific force.
+
+    f = -(k + q |a|) a + b,    a = V - A w
+
+in body x and y: specific force f, velocity over ground V, wind w (East, North) turned by A, drag
+k (1/s) and q (1/m), and bias b, which is also what a tilted mounting of the sensor adds. Rotors
+and frame resist the air; thrust has no part along x and y, so neither have tilt and acceleration.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hijack_detect.estimation.rotation import Array
+
+WIND, DRAG, QUADRATIC, BIAS = slice(0, 2), 2, 3, slice(4, 6)
+"""Where the state holds what."""
+SMALLEST_DRAG = 0.02
+"""1/s; the filter never believes less, where a wind would be infinite."""
+ITERATIONS = 3
+HUBER = 2.0
+"""Residuals beyond so many standard deviations count linearly: gusts and bad samples."""
+
+
+@dataclass(frozen=True, slots=True)
+class AirBlock:
+    """Means over some tenths of a second.
+
+    Attributes:
+        stamp_ns: Stamp of the newest GPS velocity in it.
+        seconds: How long it is.
+        turn: A, shape (2, 2), from East and North to body x and y.
+        velocity: V, shape (2,), m/s over ground in body x and y.
+        force: f, shape (2,), m/s² in body x and y.
+    """
+
+    stamp_ns: int
+    seconds: float
+    turn: Array
+    velocity: Array
+    force: Array
+
+
+@dataclass(frozen=True)
+class DragNoise:
+    """What the filter assumes; standard deviations, walks are per square root of a second.
+
+    Attributes:
+        force: Of the force of one block about the model, at least, m/s².
+        first_residual: The same, before it is measured, m/s².
+        correlation_s: How long a gust keeps such an error.
+        wind: First wind, m/s.
+        drag: Mean and deviation of the first k, 1/s.
+        quadratic: Mean and deviation of the first q, 1/m.
+        bias: First bias, m/s².
+        wind_walk: m/s.
+        drag_walk: 1/s.
+        bias_walk: m/s².
+    """
+
+    force: float = 0.08
+    first_residual: float = 0.25
+    correlation_s: float = 1.0
+    wind: float = 6.0
+    drag: tuple[float, float] = (0.25, 0.08)
+    quadratic: tuple[float, float] = (0.0, 0.01)
+    bias: float = 0.2
+    wind_walk: float = 0.15
+    drag_walk: float = 0.002
+    bias_walk: float = 0.005
+
+    def variance(self, residual: float, seconds: float) -> float:
+        """Variance of the force of a block, of which so many follow within one gust."""
+        return max(self.force, residual) ** 2 * max(1.0, 2.0 * self.correlation_s / seconds)
+
+
+@dataclass(frozen=True, slots=True)
+class WindChange:
+    """By how much the wind must have changed for the GPS velocity to be true.
+
+    Attributes:
+        change: East and North, m/s.
+        covariance: Of `change`, (m/s)²; as large as the prior where the flight does not tell.
+    """
+
+    change: Array
+    covariance: Array
+
+    @property
+    def size(self) -> float:
+        """m/s."""
+        return math.hypot(*self.change.tolist())
+
+    @property
+    def sigma(self) -> float:
+        """Standard deviation along the direction that is known worst, m/s."""
+        return math.sqrt(float(np.linalg.eigvalsh(self.covariance)[-1]))
+
+    @property
+    def sigma_along(self) -> float:
+        """Standard deviation along the change itself, m/s; the largest where there is none."""
+        size = self.size
+        if size == 0.0:
+            return self.sigma
+        unit = self.change / size
+        return math.sqrt(float(unit @ self.covariance @ unit))
+
+
+class DragFilter:
+    """Extended Kalman filter on wind (East, North), k, q and bias (x, y).
+
+    Attributes:
+        state: Shape (6,).
+        covariance: Shape (6, 6).
+        residual: Root mean square of the force about the model over the last half minute, m/s².
+    """
+
+    MEMORY_S = 30.0
+
+    def __init__(self, noise: DragNoise) -> None:
+        """Start with what is known of any multirotor."""
+        self._noise = n = noise
+        self.state: Array = np.array([0.0, 0.0, n.drag[0], n.quadratic[0], 0.0, 0.0])
+        sigmas = [n.wind, n.wind, n.drag[1], n.quadratic[1], n.bias, n.bias]
+        self.covariance: Array = np.diag(np.square(sigmas))
+        self.residual = n.first_residual
+        self._walk = np.diag(np.square([n.wind_walk] * 2 + [n.drag_walk, 0.0] + [n.bias_walk] * 2))
+
+    def copy(self) -> DragFilter:
+        """A filter that goes on from here by itself."""
+        other = DragFilter(self._noise)
+        other.state, other.covariance = self.state, self.covariance
+        other.residual = self.residual
+        return other
+
+    @property
+    def wind_speed(self) -> float:
+        """m/s."""
+        return math.hypot(*self.state[WIND].tolist())
+
+    @property
+    def drag_sigma(self) -> float:
+        """Standard deviation of k, 1/s."""
+        return math.sqrt(float(self.covariance[DRAG, DRAG]))
+
+    def forget_wind(self) -> None:
+        """Another flight: the wind may be any, the vehicle is the same."""
+        self.state = self.state.copy()
+        self.state[WIND] = 0.0
+        self.covariance = self.covariance.copy()
+        self.covariance[WIND] = self.covariance[:, WIND] = 0.0
+        self.covariance[0, 0] = self.covariance[1, 1] = self._noise.wind**2
+
+    def wait(self, seconds: float) -> None:
+        """Let time pass."""
+        self.covariance = self.covariance + self._walk * seconds
+
+    def update(self, block: AirBlock) -> None:
+        """Use one block."""
+        residual, h = _linearized(
+            self.state, block.turn[None], block.velocity[None], block.force[None]
+        )
+        memory = min(1.0, block.seconds / self.MEMORY_S)
+        r = self._noise.variance(self.residual, block.seconds)
+        innovation = residual[0]
+        s = h[0] @ self.covariance @ h[0].T + r * np.eye(2)
+        size = math.sqrt(0.5 * float(innovation @ np.linalg.solve(s, innovation)))
+        if size > HUBER:
+            s += r * (size / HUBER - 1.0) * np.eye(2)
+        gain = np.linalg.solve(s, h[0] @ self.covariance).T
+        self.state = self.state + gain @ innovation
+        self.state[DRAG] = max(float(self.state[DRAG]), SMALLEST_DRAG)
+        reduced = np.eye(6) - gain @ h[0]
+        covariance = reduced @ self.covariance
+        self.covariance = 0.5 * (covariance + covariance.T)
+        after = innovation - h[0] @ (gain @ innovation)
+        limit = (4.0 * self.residual) ** 2
+        square = min(0.5 * float(after @ after), limit)
+        self.residual = math.sqrt(self.residual**2 + memory * (square - self.residual**2))
+
+    def wind_change(self, blocks: Sequence[AirBlock], prior: float) -> WindChange:
+        """The change of wind between this filter and later blocks, drag and bias kept.
+
+        A least-squares fit of the wind before, the change, k, q and bias to the blocks, with this
+        filter's state as prior knowledge: what wind and bias are known to have in common is used,
+        and shows in the covariance where it is not enough.
+
+        Args:
+            blocks: At least one.
+            prior: Standard deviation of a change, m/s.
+        """
+        turn = np.array([block.turn for block in blocks])
+        velocity = np.array([block.velocity for block in blocks])
+        force = np.array([block.force for block in blocks])
+        seconds = sum(block.seconds for block in blocks) / len(blocks)
+        r = self._noise.variance(self.residual, seconds)
+        known = np.zeros((8, 8))
+        known[:6, :6] = np.linalg.inv(self.covariance)
+        known[6, 6] = known[7, 7] = prior**-2
+        first = np.concatenate([self.state, [0.0, 0.0]])
+        x = first
+        for _ in range(ITERATIONS):
+            now = x[:6].copy()
+            now[WIND] += x[6:]
+            now[DRAG] = max(float(now[DRAG]), SMALLEST_DRAG)
+            residual, h6 = _linearized(now, turn, velocity, force)
+            h = np.concatenate([h6, h6[:, :, WIND]], axis=2)
+            scale = max(self.residual, self._noise.force)
+            sizes = np.sqrt(0.5 * np.sum(residual**2, axis=1)) / scale
+            weight = np.minimum(1.0, HUBER / np.maximum(sizes, 1e-9)) / r
+            information = known + np.einsum("n,nij,nik->jk", weight, h, h)
+            target = residual + h @ x
+            right = known @ first + np.einsum("n,nij,ni->j", weight, h, target)
+            x = np.linalg.solve(information, right)
+        return WindChange(x[6:], np.linalg.inv(information)[6:, 6:])
+
+
+def _linearized(state: Array, turn: Array, velocity: Array, force: Array) -> tuple[Array, Array]:
+    """Residuals (n, 2) of the model and its derivative (n, 2, 6) by the state."""
+    air = velocity - turn @ state[WIND]
+    speed = np.sqrt(np.sum(air**2, axis=1) + 1e-6)[:, None]
+    k, q = state[DRAG], state[QUADRATIC]
+    residual = force - (-(k + q * speed) * air + state[BIAS])
+    by_air = -(k + q * speed)[:, :, None] * np.eye(2) - q * (
+        air[:, :, None] * air[:, None, :] / speed[:, :, None]
+    )
+    h = np.empty((len(air), 2, 6))
+    h[:, :, WIND] = -by_air @ turn
+    h[:, :, DRAG] = -air
+    h[:, :, QUADRATIC] = -speed * air
+    h[:, :, BIAS] = np.eye(2)
+    return residual, h
