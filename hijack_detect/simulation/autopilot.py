@@ -31,8 +31,6 @@ MAX_CLIMB_CORRECTION = 2.0
 MAX_TILT = math.radians(35.0)
 MAX_CLIMB_ACCELERATION = 4.0
 """m/s²"""
-MAX_YAW_RATE = math.radians(60.0)
-"""rad/s"""
 LEASH_M = 20.0
 """Position error at which the target stands; it slows down from half of that on."""
 
@@ -57,6 +55,7 @@ class Autopilot:
             )
         )
         self._yaws: list[float] = route.yaw.tolist()
+        self._turn_most = route.max_yaw_rate * STEP_S
         self._compass_error = compass_error
         self._yaw = self._yaws[0]
         self._progress = 0.0
@@ -103,8 +102,7 @@ class Autopilot:
 
     def _turn(self, wanted: float) -> None:
         """Turn the commanded heading towards the planned one, no faster than a vehicle does."""
-        most = MAX_YAW_RATE * STEP_S
-        self._yaw += min(max(wanted - self._yaw, -most), most)
+        self._yaw += min(max(wanted - self._yaw, -self._turn_most), self._turn_most)
 
 
 def pointing(up: Vector3, yaw: float) -> Quaternion:

@@ -67,11 +67,8 @@ def draw_conditions(plan: FlightPlan, rng: np.random.Generator) -> Conditions:
     quadratic part, a GPS lag that differs from vehicle to vehicle, gusts of 5 to 20 % of the
     wind.
     """
-    speed, wind = rng.uniform(6.0, 9.0), rng.uniform(0.0, 5.0)
-    if plan.speed is not None:
-        speed = plan.speed
-    if plan.wind_m_s is not None:
-        wind = plan.wind_m_s
+    speed = _asked(plan.speed, rng.uniform(6.0, 9.0))
+    wind = _asked(plan.wind_m_s, rng.uniform(0.0, 5.0))
     course = rng.uniform(-np.pi, np.pi)
     east, north, up = rng.normal(0.0, 0.07, 3).tolist()
     return Conditions(
@@ -80,7 +77,7 @@ def draw_conditions(plan: FlightPlan, rng: np.random.Generator) -> Conditions:
         first_yaw=course + rng.uniform(0.5, 1.5) * float(rng.choice([-1.0, 1.0])),
         wind_m_s=wind,
         wind_direction=rng.uniform(-np.pi, np.pi),
-        gust_m_s=rng.uniform(0.05, 0.2) * wind,
+        gust_m_s=_asked(plan.disturbances.turbulence_m_s, rng.uniform(0.05, 0.2) * wind),
         gust_s=rng.uniform(3.0, 10.0),
         drag=rng.uniform(0.21, 0.30),
         drag_quadratic=rng.uniform(0.0, 0.01),
@@ -96,3 +93,8 @@ def draw_conditions(plan: FlightPlan, rng: np.random.Generator) -> Conditions:
         vibration=rng.uniform(0.5, 1.5),
         bias_wander=rng.uniform(0.5, 1.5),
     )
+
+
+def _asked(asked: float | None, drawn: float) -> float:
+    """What was asked for, or else what was drawn."""
+    return drawn if asked is None else asked

@@ -81,10 +81,10 @@ def generate_flight(plan: FlightPlan, seed: int, receiver: Receiver | None = Non
     """
     if seed < 0:
         raise ValueError(f"seed is {seed}, it must not be negative")
-    streams = [np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(7)]
+    streams = [np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(8)]
     conditions = draw_conditions(plan, streams[0])
     route = plan_route(plan, conditions, streams[1])
-    air = wind(conditions, round(plan.duration_s * IMU_HZ) + 1, IMU_HZ, streams[2])
+    air = wind(plan, conditions, round(plan.duration_s * IMU_HZ) + 1, IMU_HZ, streams[2])
     gps = Gps(plan, conditions, receiver or HonestReceiver(), streams[3])
     motion = fly(route, conditions, air, gps)
     truth_fixes, truth_attitudes = sensors.truth(plan, motion)
@@ -93,7 +93,7 @@ def generate_flight(plan: FlightPlan, seed: int, receiver: Receiver | None = Non
         conditions=conditions,
         route=route,
         motion=motion,
-        imu=sensors.imu_samples(plan, conditions, motion, streams[4]),
+        imu=sensors.imu_samples(plan, conditions, motion, streams[4], streams[7]),
         fixes=gps.fixes,
         measured_fixes=gps.measured_fixes,
         velocities=gps.velocities,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from typing import NamedTuple
 
 import numpy as np
@@ -32,7 +33,8 @@ class Gps:
     """Measures, hands the measurement to the receiver, and remembers what was reported.
 
     A fix is stamped on arrival and tells where the vehicle was `gps_lag_s` before. Position:
-    correlated and white noise; velocity: white noise. All noise is drawn in advance.
+    correlated and white noise; velocity: white noise. All noise is drawn in advance, also for the
+    times at which the receiver is silent.
 
     Attributes:
         measured_fixes: What an honest receiver would have reported.
@@ -57,19 +59,22 @@ class Gps:
         self._frame = LocalFrame(FixSample(0, *self._place))
         self._receiver = receiver
         self.lag_s = conditions.gps_lag_s
-        self._arrivals: list[float] = np.arange(FIRST_S, plan.duration_s, 1.0 / GPS_HZ).tolist()
-        self._stamps = [plan.start_ns + round(1e3 * time) * 1_000_000 for time in self._arrivals]
-        size = (len(self._arrivals), 3)
+        times = np.arange(FIRST_S, plan.duration_s, 1.0 / GPS_HZ)
+        size = (len(times), 3)
         noise = conditions.fix_noise_m * gauss_markov(
             rng.normal(size=size), conditions.fix_noise_s, GPS_HZ
         )
         noise += conditions.fix_white_m * rng.normal(size=size)
-        self._position_noise: list[Vector3] = (noise * [1.0, 1.0, VERTICAL]).tolist()
-        self._velocity_noise: list[Vector3] = (
-            conditions.velocity_noise_m_s * rng.normal(size=size)
-        ).tolist()
+        noise = noise * [1.0, 1.0, VERTICAL] + plan.disturbances.jumped(times)
+        velocity_noise = conditions.velocity_noise_m_s * rng.normal(size=size)
         counts = conditions.satellites + gauss_markov(rng.normal(size=size), 20.0, GPS_HZ)[:, 0]
-        self._counts = [round(count) for count in counts.tolist()]
+        silent = np.array([plan.disturbances.silent(time) for time in times.tolist()])
+        self._missed: deque[float] = deque(times[silent].tolist())
+        self._arrivals: list[float] = times[~silent].tolist()
+        self._stamps = [plan.start_ns + round(1e3 * time) * 1_000_000 for time in self._arrivals]
+        self._position_noise: list[Vector3] = noise[~silent].tolist()
+        self._velocity_noise: list[Vector3] = velocity_noise[~silent].tolist()
+        self._counts = [round(count) for count in counts[~silent].tolist()]
         self.measured_fixes: list[FixSample] = []
         self.fixes: list[FixSample] = []
         self.velocities: list[VelocitySample] = []
@@ -79,6 +84,14 @@ class Gps:
         """Whether the next measurement is there, `now_s` seconds after the start."""
         index = len(self.fixes)
         return index < len(self._arrivals) and self._arrivals[index] <= now_s
+
+    def missed(self, now_s: float) -> bool:
+        """Whether a measurement was due at `now_s` seconds and the receiver is silent."""
+        missed = False
+        while self._missed and self._missed[0] <= now_s:
+            self._missed.popleft()
+            missed = True
+        return missed
 
     @property
     def measured_s(self) -> float:

@@ -84,6 +84,8 @@ def fly(route: Route, conditions: Conditions, air: Array, gps: Gps) -> Motion:
             if gps.arrived(now_s):
                 reported = gps.report(*_between(beliefs, gps.measured_s * RATE_HZ))
                 navigation.correct(*reported, vehicle.position[2], now_s)
+            elif gps.missed(now_s):
+                navigation.miss(vehicle.position[2], now_s)
             wanted = autopilot.command(
                 navigation.position, navigation.velocity, flying=not vehicle.on_ground
             )

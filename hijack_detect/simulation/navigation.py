@@ -3,8 +3,9 @@
 A stand-in for the estimator of a real autopilot, and as trusting. Between fixes it integrates
 its acceleration. A fix is compared with the belief of LAG_S ago and corrects it by fixed gains.
 An innovation beyond its gate is refused at first; but a receiver that insists for RESET_S is
-believed, position and velocity alike. So a smooth pull is followed at once, a large jump after a
-while, as with an autopilot that resets to its GPS.
+believed, position and velocity alike, and one that was silent for as long is believed at its
+first word. So a smooth pull is followed at once, a large jump after a while, as with an autopilot
+that resets to its GPS.
 
 Height is that of an ideal barometer, carried along by the height of the fixes within some
 seconds: a false height moves the vehicle, a frozen one does not make it climb for ever.
@@ -68,7 +69,8 @@ class Navigation:
             height: Height by the barometer now, metres.
             now_s: Time, seconds.
         """
-        self._correct_height(position[2], height)
+        self._height_offset += GPS_HEIGHT_GAIN * (position[2] - height - self._height_offset)
+        self._hold_height(height)
         (x, y, _), (u, v, _) = self._past[0] if self._past else (self.position, self.velocity)
         dx, dy = position[0] - x, position[1] - y
         du, dv = velocity[0] - u, velocity[1] - v
@@ -88,9 +90,19 @@ class Navigation:
         if alike:
             self._accelerate(VELOCITY_GAIN * du, VELOCITY_GAIN * dv)
 
-    def _correct_height(self, reported: float, barometer: float) -> None:
-        """Follow the barometer, and let the reported height shift it slowly."""
-        self._height_offset += GPS_HEIGHT_GAIN * (reported - barometer - self._height_offset)
+    def miss(self, height: float, now_s: float) -> None:
+        """Do without a fix that was due; a receiver that was away counts as refused.
+
+        Args:
+            height: Height by the barometer now, metres.
+            now_s: Time, seconds.
+        """
+        if self._refused_since_s is None:
+            self._refused_since_s = now_s
+        self._hold_height(height)
+
+    def _hold_height(self, barometer: float) -> None:
+        """Follow the barometer with the shift that the reported heights gave it."""
         x, y, z = self.position
         off = barometer + self._height_offset - z
         self.position = (x, y, z + HEIGHT_GAIN * off)

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+from hijack_detect.simulation.disturbances import Disturbances
 
 ROUTES = ("straight", "curved", "hover", "fixed_yaw", "survey")
+HARD_ROUTES = ("brake",)
+"""Routes that are flown at the limits of the vehicle."""
 MIN_DURATION_S = 60.0
 MAX_DURATION_S = 3600.0
 
@@ -37,7 +41,8 @@ class FlightPlan:
     Attributes:
         route: `straight`, one leg; `curved`, turns of 50° to 110°, mostly with two in quick
             succession; `survey`, parallel legs joined by sharp turns; `fixed_yaw`, as `curved`
-            with a heading that stays; `hover`, no motion. But for the last two the nose follows
+            with a heading that stays; `hover`, no motion; `brake`, as fast as it can to its
+            speed and to a stop, again and again. But for `fixed_yaw` and `hover` the nose follows
             the course.
         duration_s: Length of the recording, 60 to 3600 seconds.
         speed: Ground speed on the route, 2 to 15 m/s; None draws 6 to 9 m/s from the seed.
@@ -45,6 +50,7 @@ class FlightPlan:
         wind_m_s: Mean wind, 0 to 12 m/s; None draws 0 to 5 m/s from the seed.
         place: Where it starts.
         start_ns: Stamp of the first sample, nanoseconds.
+        disturbances: What makes the flight hard; by default nothing.
     """
 
     route: str = "straight"
@@ -54,6 +60,7 @@ class FlightPlan:
     wind_m_s: float | None = None
     place: Place = Place()
     start_ns: int = 1_750_000_000_000_000_000
+    disturbances: Disturbances = field(default_factory=Disturbances)
 
     def __post_init__(self) -> None:
         """Check the plan.
@@ -61,8 +68,9 @@ class FlightPlan:
         Raises:
             ValueError: A value is outside what is allowed; the text names it.
         """
-        if self.route not in ROUTES:
-            raise ValueError(f"route is {self.route!r}, not one of {', '.join(ROUTES)}")
+        routes = ROUTES + HARD_ROUTES
+        if self.route not in routes:
+            raise ValueError(f"route is {self.route!r}, not one of {', '.join(routes)}")
         for name, value, low, high in (
             ("duration", self.duration_s, MIN_DURATION_S, MAX_DURATION_S),
             ("speed", self.speed, 2.0, 15.0),

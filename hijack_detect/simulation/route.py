@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
+from hijack_detect.simulation.braking import Knots, braking
 from hijack_detect.simulation.conditions import Conditions
 from hijack_detect.simulation.noise import Array
 from hijack_detect.simulation.plan import (
@@ -32,9 +34,8 @@ CORNER_SPEED = 2.0
 """Speed in the corners of a survey, m/s."""
 CORNER_S = 1.5
 """Seconds in which a corner of a survey is turned."""
-
-Knots = tuple[list[float], list[float]]
-"""Times in seconds and the values at these times, linear in between."""
+MAX_YAW_RATE = math.radians(60.0)
+"""How fast the autopilot turns the nose, rad/s; only a spin that is asked for is faster."""
 
 
 @dataclass(frozen=True)
@@ -47,6 +48,7 @@ class Route:
         acceleration: m/s² in ENU, shape (n, 3).
         course: Radians counter-clockwise from East, unwrapped, shape (n,).
         yaw: Planned heading, radians counter-clockwise from East, unwrapped, shape (n,).
+        max_yaw_rate: How fast the nose is turned at most, rad/s.
     """
 
     position: Array
@@ -54,6 +56,7 @@ class Route:
     acceleration: Array
     course: Array
     yaw: Array
+    max_yaw_rate: float = MAX_YAW_RATE
 
 
 def plan_route(plan: FlightPlan, conditions: Conditions, rng: np.random.Generator) -> Route:
@@ -67,6 +70,8 @@ def plan_route(plan: FlightPlan, conditions: Conditions, rng: np.random.Generato
         speeds = ([0.0], [0.0])
     elif plan.route == "survey":
         speeds, turns = _survey(plan, cruise, rng)
+    elif plan.route == "brake":
+        speeds = braking(forward_start_s(plan), forward_end_s(plan), cruise, rng)
     elif plan.route != "straight":
         turns = _curves(plan, cruise, rng)
     course = _smooth(conditions.first_course + np.interp(time, *turns))
@@ -78,7 +83,8 @@ def plan_route(plan: FlightPlan, conditions: Conditions, rng: np.random.Generato
         velocity=velocity,
         acceleration=np.gradient(velocity, 1.0 / RATE_HZ, axis=0),
         course=course,
-        yaw=_yaw(plan, conditions, time, course),
+        yaw=_yaw(plan, conditions, time, course) + _spun(plan, time),
+        max_yaw_rate=_yaw_rate(plan),
     )
 
 
@@ -100,6 +106,20 @@ def _yaw(plan: FlightPlan, conditions: Conditions, time: Array, course: Array) -
     align = [start - 5.0, start - 2.0]
     before = np.interp(time, align, [conditions.first_yaw, conditions.first_course])
     return np.where(time < start, _smooth(before), course)
+
+
+def _spun(plan: FlightPlan, time: Array) -> Array:
+    """What the spins add to the heading, radians."""
+    spun: Array = np.zeros(len(time))
+    for spin in plan.disturbances.spins:
+        spun += _smooth(spin.angle(time))
+    return spun
+
+
+def _yaw_rate(plan: FlightPlan) -> float:
+    """How fast the nose may turn, rad/s."""
+    spins = [math.radians(spin.rate_deg_s) for spin in plan.disturbances.spins]
+    return max([MAX_YAW_RATE, *(1.1 * rate for rate in spins)])
 
 
 def _curves(plan: FlightPlan, cruise: float, rng: np.random.Generator) -> Knots:

@@ -15,6 +15,7 @@ from hijack_detect.simulation.gps import Reading, geodetic
 from hijack_detect.simulation.motion import IMU_HZ, Motion
 from hijack_detect.simulation.noise import Array, gauss_markov, random_walk
 from hijack_detect.simulation.plan import FlightPlan
+from hijack_detect.simulation.vibration import shaking
 from hijack_detect.streams.samples import (
     FixSample,
     ImuSample,
@@ -36,15 +37,25 @@ ACCELEROMETER_WANDER = 0.002
 
 
 def imu_samples(
-    plan: FlightPlan, conditions: Conditions, motion: Motion, rng: np.random.Generator
+    plan: FlightPlan,
+    conditions: Conditions,
+    motion: Motion,
+    rng: np.random.Generator,
+    strong: np.random.Generator,
 ) -> list[ImuSample]:
-    """Bias that wanders in flight, white noise, and vibration of the motors."""
+    """Bias that wanders in flight, white noise, and vibration of the motors.
+
+    `strong` draws the strong vibration alone, if the plan has one.
+    """
     size = (len(motion.offsets_ns), 3)
     flying = motion.airborne[:, None]
     time = motion.offsets_ns[:, None] / 1e9
     phase = rng.uniform(-np.pi, np.pi, (2, 3))
     hertz = rng.uniform(17.0, 23.0, 2)
     white, wander = conditions.imu_noise, conditions.bias_wander
+    vibration = plan.disturbances.vibration
+    if vibration is not None:
+        white *= vibration.white
     shake = conditions.vibration * flying * np.sin(2.0 * np.pi * hertz[0] * time + phase[0])
     jolt = conditions.vibration * flying * np.sin(2.0 * np.pi * hertz[1] * time + phase[1])
     gyro = motion.angular_velocity + rng.normal(0.0, GYRO_BIAS, 3)
@@ -54,6 +65,9 @@ def imu_samples(
     walk = flying * rng.normal(size=size)
     force = force + random_walk(walk, wander * ACCELEROMETER_WANDER, IMU_HZ)
     force = force + white * (0.02 + 0.09 * flying) * rng.normal(size=size) + 0.12 * jolt
+    if vibration is not None:
+        turned, pushed = shaking(vibration, size[0], IMU_HZ, strong)
+        gyro, force = gyro + flying * turned, force + flying * pushed
     return [
         ImuSample(stamp, rate, felt)
         for stamp, rate, felt in zip(
@@ -68,9 +82,12 @@ def imu_samples(
 def magnetic_samples(
     plan: FlightPlan, motion: Motion, rng: np.random.Generator
 ) -> list[MagneticSample]:
-    """The field of the place in body axes: hard iron of about 0.5 µT, noise of 0.3 µT."""
+    """The field around the vehicle in body axes: hard iron of about 0.5 µT, noise of 0.3 µT."""
     step = IMU_HZ // SLOW_HZ
-    field = np.array(plan.place.field_enu_t) @ matrices(motion.quaternion[::step])
+    around = plan.disturbances.field(motion.offsets_ns[::step] / 1e9)
+    turned = matrices(motion.quaternion[::step])
+    field = np.array(plan.place.field_enu_t) @ turned
+    field = field + np.einsum("ni,nij->nj", around, turned)
     field = field + rng.normal(0.0, 0.5e-6, 3) + rng.normal(0.0, 0.3e-6, field.shape)
     return [
         MagneticSample(stamp, vector)
