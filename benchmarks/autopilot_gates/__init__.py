@@ -1,0 +1,1 @@
+"""What the innovation gates of PX4 and ArduPilot make of a spoofed GPS."""
