@@ -1,0 +1,136 @@
+"""Parameters of the coast detector."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from hijack_detect.detectors.input_watch import sensor_patience
+from hijack_detect.parameters import Parameters, param
+
+
+@dataclass(frozen=True)
+class CoastParameters(Parameters):
+    """Inertial consistency over many onsets: a constant offset acceleration of the GPS."""
+
+    gps_lag_s: float = param(
+        0.18,
+        "Nominal time from when a fix was true to its header stamp. The filter learns how far "
+        "position and velocity are off it, up to 0.2 s.",
+        unit="s",
+        low=0.0,
+        high=1.0,
+    )
+    use_mag: bool = param(
+        True, "Use the magnetometer where there is one: the heading is known before the first move."
+    )
+    mag_sigma_deg: float = param(
+        30.0,
+        "Standard deviation of a magnetic heading; larger than that of the attitude estimator, "
+        "since currents disturb it for seconds, and a heading that follows turns every force.",
+        unit="deg",
+        low=0.1,
+        high=90.0,
+    )
+    position_sigma: float = param(
+        0.7, "Standard deviation of a fix on the next.", unit="m", low=0.01, high=100.0
+    )
+    velocity_sigma: float = param(
+        0.1, "Standard deviation of a GPS velocity.", unit="m/s", low=0.01, high=100.0
+    )
+    accel_bias_walk: float = param(
+        0.04,
+        "Random walk of the accelerometer bias; vibration moves it with the throttle.",
+        unit="m/s²/√s",
+        low=0.0,
+        high=1.0,
+    )
+    gyro_bias_walk: float = param(
+        0.0004, "Random walk of the gyroscope bias.", unit="rad/s/√s", low=0.0, high=0.1
+    )
+    longest_s: float = param(
+        8.0,
+        "Oldest onset. Of an offset older than this only what it did at first is visible: tilt "
+        "and bias have taken up the rest.",
+        unit="s",
+        low=1.0,
+        high=36.0,
+    )
+    floor_acceleration: float = param(
+        0.05,
+        "Error that lasts and that no model has: added to the standard deviation.",
+        unit="m/s²",
+        low=0.0,
+        high=10.0,
+    )
+    floor_velocity: float = param(
+        0.3,
+        "The same for a velocity that was there at once.",
+        unit="m/s",
+        low=0.0,
+        high=10.0,
+    )
+    threshold_low: float = param(
+        3.0,
+        "Limit of the offset acceleration in its standard deviations, for a vehicle whose IMU and "
+        "GPS agree as well as their noise allows.",
+        low=1.0,
+        high=100.0,
+    )
+    threshold_high: float = param(
+        8.0,
+        "The same for a vehicle with vibration, aliasing or a poor receiver: rare errors are then "
+        "far larger than usual ones.",
+        low=1.0,
+        high=100.0,
+    )
+    threshold_gain: float = param(
+        26.0,
+        "The limit is this times the cube of the noise scale, between the two above.",
+        low=0.1,
+        high=1000.0,
+    )
+    suspicious_margin: float = param(0.65, "SUSPICIOUS from this margin on.", low=0.1, high=1.0)
+    settle_s: float = param(
+        20.0,
+        "NOT_READY for this long after the heading became known: the noise scale is learnt.",
+        unit="s",
+        low=0.0,
+        high=600.0,
+    )
+    persist_s: float = param(
+        0.4,
+        "The limit must be exceeded this long to be an ALARM; SUSPICIOUS before.",
+        unit="s",
+        low=0.0,
+        high=60.0,
+    )
+    recover_s: float = param(
+        30.0,
+        "NOT_OBSERVABLE for this long after aerobatics or a crash, whose errors of scale are "
+        "larger than any attack.",
+        unit="s",
+        low=1.0,
+        high=600.0,
+    )
+    max_force: float = param(
+        25.0,
+        "A specific force above this is one.",
+        unit="m/s²",
+        low=11.0,
+        high=1000.0,
+    )
+    max_rate: float = param(
+        6.0,
+        "An angular velocity above this is one.",
+        unit="rad/s",
+        low=0.1,
+        high=100.0,
+    )
+    max_noise_scale: float = param(
+        2.5,
+        "NOT_OBSERVABLE while the noise scale is above this: IMU and GPS of this vehicle do not "
+        "agree well enough to tell an attack.",
+        low=0.5,
+        high=100.0,
+    )
+    sensor_patience_s: float = sensor_patience()

@@ -1,0 +1,76 @@
+"""How much worse than the model the sensors of this vehicle are, learnt in flight."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+
+from hijack_detect.streams.samples import NANOSECONDS
+
+PRIOR = 1.0
+"""Scale before anything is learnt."""
+MAX_STEP_S = 1.0
+"""A gap between two samples counts as this at most."""
+
+
+class NoiseScale:
+    """Root mean square of whitened errors over the flight's past, within bounds.
+
+    What it learns is older than `delay_s`, so never what is under test; a single value counts
+    as `clip` times the scale at most, and `hold` keeps everything recent from being learnt. An
+    attacker can therefore raise it only slowly, and what it is is published.
+    """
+
+    def __init__(
+        self,
+        low: float,
+        high: float,
+        *,
+        delay_s: float,
+        memory_s: float,
+        prior_s: float,
+        clip: float,
+        prior: float = PRIOR,
+    ) -> None:
+        """Start with the prior.
+
+        Args:
+            low: Smallest scale.
+            high: Largest scale.
+            delay_s: Age at which a value is learnt, s.
+            memory_s: Time constant of forgetting, s.
+            prior_s: The prior weighs as much as this time of values, s.
+            clip: Largest value, in scales.
+            prior: Scale before anything is learnt.
+        """
+        self._low, self._high = low, high
+        self._delay_ns = round(delay_s * NANOSECONDS)
+        self._memory_s, self._clip = memory_s, clip
+        self._sum, self._weight = prior_s * prior**2, prior_s
+        self._waiting: deque[tuple[int, float]] = deque()
+        self._learnt_ns: int | None = None
+        self.value = prior
+        """The scale."""
+
+    def add(self, stamp_ns: int, mean_square: float) -> None:
+        """Take the mean square of the whitened errors at a stamp."""
+        self._waiting.append((stamp_ns, mean_square))
+        while self._waiting and self._waiting[0][0] < stamp_ns - self._delay_ns:
+            self._learn(*self._waiting.popleft())
+
+    def hold(self) -> None:
+        """Do not learn what is waiting: it is under suspicion."""
+        self._waiting.clear()
+
+    def _learn(self, stamp_ns: int, mean_square: float) -> None:
+        since = self._learnt_ns
+        self._learnt_ns = stamp_ns
+        if since is None:
+            return
+        dt = min((stamp_ns - since) / NANOSECONDS, MAX_STEP_S)
+        kept = math.exp(-dt / self._memory_s)
+        clipped = min(mean_square, (self._clip * self.value) ** 2)
+        self._sum = self._sum * kept + clipped * dt
+        self._weight = self._weight * kept + dt
+        scale = math.sqrt(self._sum / self._weight)
+        self.value = min(max(scale, self._low), self._high)

@@ -1,0 +1,146 @@
+"""The filter of `ekf` with two more states: how far GPS position and velocity lag behind."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hijack_detect.estimation.ekf import (
+    ATTITUDE,
+    GRAVITY,
+    POSITION,
+    VELOCITY,
+    Ekf,
+    ImuBlock,
+    Observation,
+    ProcessNoise,
+)
+from hijack_detect.estimation.rotation import Array
+from hijack_detect.streams.samples import Quaternion
+
+POSITION_LAG, VELOCITY_LAG = 15, 16
+SIZE = 17
+
+
+@dataclass(frozen=True)
+class ModelErrors:
+    """What a filter with constant noise would be too sure of.
+
+    Attributes:
+        lag_sigma_s: Lags differ between receivers by this, standard deviation, s.
+        lag_walk: Random walk of the lags, s/√s.
+        lag_jitter_s: Velocity noise grows with acceleration times this, s.
+        position_jitter_s: Position noise grows with speed times this, s.
+        force_scale: Accelerometer noise density grows with acceleration times this, 1/√Hz.
+        rate_scale: Gyroscope noise density grows with angular velocity times this, 1/√Hz.
+        max_lag_s: Bound of either lag about the nominal one, s.
+    """
+
+    lag_sigma_s: float = 0.07
+    lag_walk: float = 0.001
+    lag_jitter_s: float = 0.1
+    position_jitter_s: float = 0.05
+    force_scale: float = 0.03
+    rate_scale: float = 0.02
+    max_lag_s: float = 0.2
+
+
+@dataclass(frozen=True, slots=True)
+class Propagated:
+    """The filter moved on: seconds, and Φ of shape (17, 17)."""
+
+    dt_s: float
+    transition: Array
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """The filter used a measurement.
+
+    Attributes:
+        block: POSITION or VELOCITY for one of the GPS, None for another sensor's.
+        h: Observation matrix, shape (m, 17).
+        gain: Kalman gain, shape (17, m).
+        precision: Inverse of the innovation's covariance, shape (m, m).
+        innovation: Measured minus predicted, shape (m,).
+    """
+
+    block: slice | None
+    h: Array
+    gain: Array
+    precision: Array
+    innovation: Array
+
+
+class LagEkf(Ekf):
+    """15 states, the lags of position and velocity about the nominal one, and a record of steps.
+
+    Both lags differ from vehicle to vehicle. As states they are learnt within the first
+    manoeuvres, and until then their uncertainty widens the innovations of manoeuvres.
+    """
+
+    def __init__(
+        self, attitude: Quaternion, sigmas: Array, noise: ProcessNoise, errors: ModelErrors
+    ) -> None:
+        """See Ekf; `errors` are those of the model."""
+        lags = np.full(2, errors.lag_sigma_s)
+        super().__init__(attitude, np.concatenate([sigmas, lags]), noise)
+        self._errors = errors
+        self.lags: Array = np.zeros(2)
+        """Lags of position and velocity beyond the nominal one, s."""
+        self.acceleration: Array = np.zeros(3)
+        """Mean over the last block, ENU, m/s²."""
+        self.steps: list[Propagated | Measured] = []
+        """What was done since this list was emptied."""
+        self._block: slice | None = None
+
+    def propagate(self, block: ImuBlock) -> None:
+        """See Ekf."""
+        if len(block.dt) == 0:
+            return
+        before = self.velocity
+        super().propagate(block)
+        total = float(np.sum(block.dt))
+        self.acceleration = (self.velocity - before) / total
+        self.steps.append(Propagated(total, self.transition))
+
+    def process_noise(self, block: ImuBlock, force: Array) -> Array:
+        """See Ekf; with errors of scale."""
+        noise = super().process_noise(block, force)
+        e, total = self._errors, float(np.sum(block.dt))
+        up = np.array([0.0, 0.0, GRAVITY])
+        accel = (e.force_scale * float(np.linalg.norm(force - up))) ** 2
+        rate = float(np.linalg.norm(np.mean(block.angular_velocity, axis=0)))
+        eye = np.eye(3)
+        noise[VELOCITY, VELOCITY] += accel * total * eye
+        noise[ATTITUDE, ATTITUDE] += (e.rate_scale * rate) ** 2 * total * eye
+        noise[POSITION_LAG:, POSITION_LAG:] += e.lag_walk**2 * total * np.eye(2)
+        return noise
+
+    def gps(self, block: slice, measured: Array, variances: Array) -> Observation:
+        """See Ekf. A measurement that lags by τ shows p − τv or v − τa."""
+        rows, residual, noise = super().gps(block, measured, variances)
+        self._block = block
+        if block is POSITION:
+            lag, rate = POSITION_LAG, self.velocity
+            more = self._errors.position_jitter_s * float(np.hypot(rate[0], rate[1]))
+        else:
+            lag, rate = VELOCITY_LAG, self.acceleration
+            more = self._errors.lag_jitter_s * float(np.linalg.norm(rate))
+        rows[:, lag] = -rate
+        return rows, residual + self.lags[lag - POSITION_LAG] * rate, noise + more**2
+
+    def update(self, h: Array, residual: Array, r: Array) -> float:
+        """See Ekf; the step is recorded."""
+        spread = h @ self.covariance @ h.T + np.diag(r)
+        precision = np.linalg.inv(spread)
+        gain = self.covariance @ h.T @ precision
+        block, self._block = self._block, None
+        self.steps.append(Measured(block, h, gain, precision, residual))
+        return super().update(h, residual, r)
+
+    def _inject(self, error: Array) -> None:
+        super()._inject(error)
+        bound = self._errors.max_lag_s
+        self.lags = np.clip(self.lags + error[POSITION_LAG:], -bound, bound)

@@ -1,0 +1,43 @@
+"""Inertial consistency: an acceleration of the GPS that the IMU did not feel.
+
+Subscribes imu/data_raw, gps/fix, gps/vel (ENU) and mag; the last two may be absent. Publishes
+coast/verdict (DiagnosticArray), coast/hijacked (Bool), coast/score (standard deviations),
+coast/acceleration (m/s^2), coast/direction (rad, counter-clockwise from East) and
+coast/smallest_visible (m/s^2: what it could see now), Float64.
+"""
+
+from __future__ import annotations
+
+from geometry_msgs.msg import TwistStamped
+from sensor_msgs.msg import Imu, MagneticField, NavSatFix
+
+from hijack_detect.detectors.coast import CoastDetector
+from hijack_detect.detectors.coast_parameters import CoastParameters
+from hijack_detect.nodes.detector_node import DetectorNode
+from hijack_detect.nodes.qos import SENSOR
+from hijack_detect.nodes.running import run
+from hijack_detect.nodes.stage_node import sensor_input
+
+
+class CoastDetectorNode(DetectorNode[CoastParameters]):
+    """Runs `CoastDetector`."""
+
+    def __init__(self) -> None:
+        """Subscribe and advertise."""
+        inputs = {
+            "imu": sensor_input("imu", "imu/data_raw", Imu, SENSOR),
+            "velocity": sensor_input("velocity", "gps/vel", TwistStamped, SENSOR),
+            "mag": sensor_input("mag", "mag", MagneticField, SENSOR),
+            "fix": sensor_input("fix", "gps/fix", NavSatFix, SENSOR),
+        }
+        figures = ("score", "acceleration", "direction", "smallest_visible")
+        super().__init__(CoastDetector.NAME, CoastParameters, CoastDetector, inputs, figures)
+
+
+def main() -> None:
+    """Run the node."""
+    run(CoastDetectorNode, __doc__ or "")
+
+
+if __name__ == "__main__":
+    main()
