@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hijack_detect.detectors.input_watch import InputWatch, patience
+from hijack_detect.detectors.noise_scale import NoiseScale
 from hijack_detect.detectors.persistence import Persistence
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.detectors.window import WindowSums
@@ -23,6 +24,9 @@ from hijack_detect.streams.samples import (
     FixSample,
     VelocitySample,
 )
+
+USUAL_NOISE = 0.35
+"""m/s²: RMS difference of acceleration before anything is learnt."""
 
 
 @dataclass(frozen=True)
@@ -39,12 +43,42 @@ class DateParameters(Parameters):
     )
     threshold: float = param(
         1.5,
-        "Largest horizontal difference of acceleration that is normal. The paper gives none: "
-        "take it from clean flights of the vehicle. Raise it for strong vibration.",
+        "Largest horizontal difference of acceleration that is normal, with `noise_gain` 0. The "
+        "paper gives none: take it from clean flights of the vehicle.",
         unit="m/s²",
         low=0.05,
         high=50.0,
     )
+    noise_gain: float = param(
+        5.5,
+        "The limit is this times the RMS difference of this flight so far: 3.7-4.2 times is the "
+        "most on clean flights of six multirotors. Faithful: 0, the limit is `threshold`.",
+        low=0.0,
+        high=100.0,
+    )
+    least_limit: float = param(
+        0.4,
+        "Smallest limit that `noise_gain` gives.",
+        unit="m/s²",
+        low=0.05,
+        high=50.0,
+    )
+    settle_s: float = param(
+        20.0,
+        "NOT_READY until that RMS is learnt from so much flight.",
+        unit="s",
+        low=1.0,
+        high=600.0,
+    )
+    max_force: float = param(
+        25.0,
+        "NOT_OBSERVABLE for `recover_s` after a specific force above this: aerobatics or a crash. "
+        "Faithful: 1000 (off).",
+        unit="m/s²",
+        low=11.0,
+        high=1000.0,
+    )
+    recover_s: float = param(30.0, "See `max_force`.", unit="s", low=1.0, high=600.0)
     gps_lag_s: float = param(
         0.15,
         "Time from when a GPS velocity was true to its header stamp. Faithful: 0 (ignored).",
@@ -120,6 +154,12 @@ class DateDetector:
         self._velocity_ns: int | None = None
         self._lowest_up = math.cos(math.radians(p.max_tilt_deg))
         self._tumbled_ns: int | None = None
+        self._violent_ns: int | None = None
+        self._noise = NoiseScale(
+            0.01, 10.0, delay_s=8.0, memory_s=60.0, prior_s=10.0, clip=3.5, prior=USUAL_NOISE
+        )
+        self._judged_s = 0.0
+        """Time whose differences have been seen."""
 
     def update(
         self, name: str, sample: AttitudeSample | FixSample | VelocitySample
@@ -130,6 +170,8 @@ class DateDetector:
             self._attitudes.append(sample)
             while self._attitudes[0].stamp_ns < sample.stamp_ns - self._kept_ns:
                 self._attitudes.popleft()
+            if math.hypot(*sample.specific_force) > self._parameters.max_force:
+                self._violent_ns = sample.stamp_ns
             if sample.orientation is not None and up_component(sample) < self._lowest_up:
                 self._tumbled_ns = sample.stamp_ns
             return self._verdict(sample.stamp_ns) if self._watch.due(sample.stamp_ns) else None
@@ -192,26 +234,59 @@ class DateDetector:
         """Time that the differences in the window cover."""
         return self._window.span_ns + self._interval_ns
 
-    def _verdict(self, stamp_ns: int) -> Verdict:
+    @property
+    def _limit(self) -> float:
+        """Largest normal difference, m/s²."""
         p = self._parameters
-        lost = self._watch.lost(stamp_ns)
-        if lost is not None:
-            self._persistence.reset()
-            return Verdict(self.NAME, stamp_ns, lost[0], 0.0, p.threshold, lost[1])
+        if p.noise_gain == 0.0:
+            return p.threshold
+        return max(p.least_limit, p.noise_gain * self._noise.value)
+
+    def _unable(self, stamp_ns: int) -> tuple[State, str] | None:
+        """State and reason if nothing can be said."""
+        p = self._parameters
         if not len(self._window) or self._covered_ns < 0.9 * self._window_ns:
-            self._persistence.reset()
-            reason = f"less than {p.window_s:g} s of attitude and GPS velocity"
-            return Verdict(self.NAME, stamp_ns, State.NOT_READY, 0.0, p.threshold, reason)
+            return State.NOT_READY, f"less than {p.window_s:g} s of attitude and GPS velocity"
         if self._tumbled_ns is not None and stamp_ns - self._tumbled_ns <= self._window_ns:
-            self._persistence.reset()
             reason = f"tilted by more than {p.max_tilt_deg:g}°: tumbling or crashed"
-            return Verdict(self.NAME, stamp_ns, State.NOT_OBSERVABLE, 0.0, p.threshold, reason)
+            return State.NOT_OBSERVABLE, reason
+        since = self._violent_ns
+        if since is not None and stamp_ns - since <= p.recover_s * NANOSECONDS:
+            reason = f"specific force above {p.max_force:g} m/s² less than {p.recover_s:g} s ago"
+            return State.NOT_OBSERVABLE, reason
+        return None
+
+    def _verdict(self, stamp_ns: int) -> Verdict:
+        limit = self._limit
+        unable = self._watch.lost(stamp_ns) or self._unable(stamp_ns)
+        if unable is not None:
+            self._persistence.reset()
+            return Verdict(self.NAME, stamp_ns, unable[0], 0.0, limit, unable[1])
         ax, ay, az = (self._window.mean(axis) for axis in range(3))
         score = math.hypot(ax, ay)
-        state = self._persistence.state(stamp_ns, score > p.threshold)
-        reason = f"Δa {score:.2f} m/s² (limit {p.threshold:g})"
         values = {"delta_ax": ax, "delta_ay": ay, "delta_az": az}
-        return Verdict(self.NAME, stamp_ns, state, score, p.threshold, reason, values)
+        if self._learning(stamp_ns, score, limit):
+            self._persistence.reset()
+            reason = "the usual difference of this vehicle is learnt"
+            return Verdict(self.NAME, stamp_ns, State.NOT_READY, 0.0, limit, reason, values)
+        state = self._persistence.state(stamp_ns, score > limit)
+        reason = f"Δa {score:.2f} m/s² (limit {limit:.3g})"
+        return Verdict(self.NAME, stamp_ns, state, score, limit, reason, values)
+
+    def _learning(self, stamp_ns: int, score: float, limit: float) -> bool:
+        """Account a difference for the noise; whether too little of it is known."""
+        p = self._parameters
+        if p.noise_gain == 0.0:
+            return False
+        if self._judged_s < p.settle_s:
+            self._judged_s += self._interval_ns / NANOSECONDS
+            self._noise.add(stamp_ns, score**2)
+            return True
+        if score > limit:
+            self._noise.hold()
+        else:
+            self._noise.add(stamp_ns, score**2)
+        return False
 
 
 def up_component(sample: AttitudeSample) -> float:

@@ -21,7 +21,9 @@ from hijack_detect.streams.samples import AttitudeSample, FixSample, Sample, Vel
 
 MS = 1_000_000
 SECOND = 10**9
-FAITHFUL = DateParameters(gps_lag_s=0.0, persist_s=0.0, max_tilt_deg=180.0)
+FAITHFUL = DateParameters(
+    gps_lag_s=0.0, persist_s=0.0, max_tilt_deg=180.0, noise_gain=0.0, max_force=1000.0
+)
 GRAVITY_ENU = np.array([0.0, 0.0, -9.80665])
 Vector = npt.NDArray[np.float64]
 Motion = Callable[[float], Vector]
@@ -320,3 +322,51 @@ def test_verdicts_are_numbers_after_a_lost_fix() -> None:
     sent = sorted([*attitudes, *fixes], key=lambda one: one[1].stamp_ns)
     for one in run(FAITHFUL, sent):
         assert one.score < 0.5
+
+
+def swaying(size: float, attack_s: float = math.inf) -> Sent:
+    """A level body whose GPS velocity sways, and from a time on gains 2 m/s² to the East."""
+
+    def velocity(t: float) -> Vector:
+        slow = size * np.sin(0.5 * t) / 0.5
+        return np.array([slow + 2.0 * max(t - attack_s, 0.0), 0.0, 0.0])
+
+    return recording(100.0, nothing, velocity, lambda _: Rotation.identity())
+
+
+def test_the_limit_is_learnt_from_the_flight() -> None:
+    """A sway of ±0.4 m/s² has 0.28 RMS; its means over 2 s have sin(0.5)/0.5 of that."""
+    verdicts = run(DateParameters(), swaying(0.4))
+    told = [one for one in verdicts if one.state is not State.NOT_READY]
+    assert {one.state for one in told} == {State.NORMAL}
+    rms = 0.4 * math.sqrt(0.5) * math.sin(0.5) / 0.5
+    assert told[-1].threshold == pytest.approx(5.5 * rms, rel=0.05)
+    assert told[0].stamp_ns == pytest.approx(22 * SECOND, abs=SECOND)
+
+
+def test_a_smooth_flight_has_the_least_limit_and_sees_less() -> None:
+    verdicts = run(DateParameters(), swaying(0.001, 90.0))
+    before = [one for one in verdicts if one.stamp_ns < 90 * SECOND]
+    assert before[-1].threshold < 5.5 * 0.35
+    assert verdicts[-1].state is State.ALARM
+    assert not any(one.state is State.ALARM for one in before)
+
+
+def test_an_attack_that_alarms_is_not_learnt() -> None:
+    verdicts = run(DateParameters(), swaying(0.1, 50.0))
+    alarms = [one for one in verdicts if one.state is State.ALARM]
+    assert alarms[0].stamp_ns < 53 * SECOND
+    assert alarms[-1].stamp_ns == verdicts[-1].stamp_ns
+    assert alarms[-1].threshold <= alarms[0].threshold
+
+
+def test_after_a_violent_force_it_cannot_tell() -> None:
+    sent = swaying(0.1)
+    at = next(i for i, (_, one) in enumerate(sent) if one.stamp_ns == 40 * SECOND)
+    _, sample = sent[at]
+    assert isinstance(sample, AttitudeSample)
+    sent[at] = ("attitude", replace(sample, specific_force=(0.0, 0.0, 60.0)))
+    states = {round(one.stamp_ns / SECOND, 1): one.state for one in run(DateParameters(), sent)}
+    assert states[39.8] is State.NORMAL
+    assert {states[t] for t in (40.2, 55.0, 69.8)} == {State.NOT_OBSERVABLE}
+    assert states[71.0] is State.NORMAL

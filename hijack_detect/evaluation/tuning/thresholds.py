@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from typing import TypeAlias
 
@@ -62,6 +62,8 @@ class Tunable:
         values: What can be tried, ascending.
         useful: The largest value with which the method still is one.
         count: Runs the detector over a flight at each of some values.
+        also: What else is set with it: a threshold of the vehicle's own replaces one that is
+            learnt in flight.
     """
 
     part: str
@@ -70,6 +72,7 @@ class Tunable:
     values: tuple[float, ...]
     useful: float
     count: Counted
+    also: Mapping[str, float] = field(default_factory=dict)
 
     def of(self, parameters: MonitorParameters) -> float:
         """Its value in a set of parameters."""
@@ -77,7 +80,8 @@ class Tunable:
 
     def put(self, parameters: MonitorParameters, value: float) -> MonitorParameters:
         """The parameters with another value of it."""
-        part = dataclasses.replace(getattr(parameters, self.part), **{self.name: value})
+        values = {self.name: value, **self.also}
+        part = dataclasses.replace(getattr(parameters, self.part), **values)
         return dataclasses.replace(parameters, **{self.part: part})
 
 
@@ -101,7 +105,8 @@ def date_alarms(
     recorded: Recorded, parameters: MonitorParameters, values: Sequence[float]
 ) -> Alarms:
     """Alarms of DATE at several thresholds; its score does not depend on its threshold."""
-    verdicts = judge(recorded, partial(DateDetector, parameters.date))
+    plain = dataclasses.replace(parameters.date, noise_gain=0.0)
+    verdicts = judge(recorded, partial(DateDetector, plain))
     counts = [
         detector_outcome(at_threshold(verdicts, value, parameters.date.persist_s), None)
         for value in values
@@ -145,6 +150,7 @@ TUNABLES: Mapping[str, Tunable] = {
         tuple(round(0.2 * DATE_STEP**step, 3) for step in range(112)),
         50.0,
         date_alarms,
+        {"noise_gain": 0.0},
     ),
 }
 """Thresholds by detector."""
