@@ -54,6 +54,8 @@ OUTAGE_STEP_NS = NANOSECONDS // 2
 
 INITIAL_SIGMAS = np.array([10.0] * 3 + [1.0] * 3 + [0.1, 0.1, math.pi] + [0.15] * 3 + [0.01] * 3)
 """Standard deviations of the first error state: m, m/s, rad, m/s² and rad/s."""
+MAG_REFUSED_NS = 30 * NANOSECONDS
+"""Longest time without the magnetometer: then the filter may be the one that is wrong."""
 RESTART_SIGMAS = np.array([3.0] * 3 + [1.0] * 3)
 """Standard deviations of position and velocity when they are taken from the GPS afresh."""
 
@@ -96,6 +98,7 @@ class AttitudeEstimator:
         self._filter_ns = 0
         """Time that the filter has reached; counts once there is a filter."""
         self._magnetic: deque[MagneticSample] = deque()
+        self._mag_used_ns: int | None = None
         self._buffer = ImuBuffer()
         self._output: Quaternion = (0.0, 0.0, 0.0, 1.0)
         self._aligned = False
@@ -276,7 +279,9 @@ class AttitudeEstimator:
         if not self._aligned:
             error, _ = heading_error(bank.best.attitude, sample.field, turn)
             self._align(bank.best, error, np.zeros(3))
-
+        if self._refused(bank, sample, turn):
+            return
+        self._mag_used_ns = sample.stamp_ns
         variance = np.array([math.radians(self._parameters.mag_sigma_deg) ** 2])
 
         def observe(ekf: Ekf) -> Observation:
@@ -286,6 +291,18 @@ class AttitudeEstimator:
             return h, np.array([angle]), variance
 
         bank.measure(observe)
+
+    def _refused(self, bank: FilterBank, sample: MagneticSample, turn: float) -> bool:
+        """Whether a magnetic heading is too far from the filter's."""
+        last = self._mag_used_ns
+        if last is None or not bank.decided or sample.stamp_ns - last > MAG_REFUSED_NS:
+            return False
+        ekf = bank.best
+        angle, _ = heading_error(ekf.attitude, sample.field, turn)
+        gate = max(
+            math.radians(self._parameters.mag_gate_deg), 3.0 * math.sqrt(ekf.heading_variance)
+        )
+        return abs(angle) > gate
 
 
 def _turned(q: Quaternion, dt: float, omega: Vector3) -> Quaternion:

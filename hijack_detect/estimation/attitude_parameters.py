@@ -109,3 +109,11 @@ class AttitudeParameters(Parameters):
         low=0.1,
         high=90.0,
     )
+    mag_gate_deg: float = param(
+        10.0,
+        "A magnetic heading further than this, and than three standard deviations, from the "
+        "filter's is not used: a current or a steel bridge. After 30 s of that it is used again.",
+        unit="deg",
+        low=1.0,
+        high=180.0,
+    )
