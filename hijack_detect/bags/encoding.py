@@ -15,6 +15,7 @@ from hijack_detect.streams.samples import (
     FixSample,
     ImuSample,
     MagneticSample,
+    PressureSample,
     Quaternion,
     Sample,
     SatelliteSample,
@@ -64,6 +65,8 @@ def encode_sample(sample: Sample) -> tuple[str, bytes]:
             header=_header(sample.stamp_ns, WORLD_FRAME),
             twist=twist,
         )
+    if isinstance(sample, PressureSample):
+        return encode_pressure(sample.stamp_ns, sample.pressure_pa)
     if isinstance(sample, MagneticSample):
         return _encode(
             "sensor_msgs/msg/MagneticField",

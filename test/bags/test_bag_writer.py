@@ -21,6 +21,7 @@ from hijack_detect.streams.samples import (
     FixSample,
     ImuSample,
     MagneticSample,
+    PressureSample,
     Sample,
     VelocitySample,
 )
@@ -60,6 +61,7 @@ SAMPLES: dict[str, st.SearchStrategy[Any]] = {
         STAMPS,
         vectors(100.0),
     ),
+    "pressure": st.builds(PressureSample, STAMPS, within(1_000.0, 120_000.0)),
     "course": st.builds(CourseSample, STAMPS, within(-1.0, 1.0), within(-1.0, 1.0)),
 }
 
