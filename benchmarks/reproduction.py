@@ -9,13 +9,13 @@ and made only if they are not there.
 
 from __future__ import annotations
 
-import re
 import subprocess
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import click
+from documents import fill
 
 from hijack_detect.evaluation.scores.basan_tables import (
     attack_table,
@@ -35,7 +35,7 @@ from hijack_detect.evaluation.scores.evaluation_tables import (
     spread,
 )
 from hijack_detect.evaluation.scores.metrics import FlightOutcome, Proportion, Spread
-from hijack_detect.evaluation.trials.protocols import TRACKS
+from hijack_detect.evaluation.trials.fake_tracks import TRACKS
 
 FLIGHTS = "../shared/flights"
 FENG = ("--protocol", "feng2018", "--scale", "4")
@@ -62,7 +62,6 @@ TABLE_1 = {
 }
 """Table 1 of the paper: correctness of each method on 25, 25 and 50 flights."""
 METHODS = ("correlation", "date", "both", "kld", "fusion")
-MARK = re.compile(r"<!-- table (\w+) (\w+) -->\n(?:\n?(?:\|.*\n)+)?")
 
 
 def table_1(evaluation: Evaluation) -> TextTable:
@@ -186,13 +185,6 @@ KINDS: Mapping[str, Callable[[Evaluation], TextTable]] = {
 }
 
 
-def markdown(table: TextTable) -> str:
-    """A table as Markdown."""
-    rows = [table.columns, ("---",) * len(table.columns), *table.rows]
-    lines = (" | ".join(cell.replace("\n", " ") for cell in row) for row in rows)
-    return "".join(f"| {line} |\n" for line in lines)
-
-
 def result(run: str, folder: Path) -> Evaluation:
     """The result of a run, made if it is not there."""
     path = folder / f"{run}.json"
@@ -210,15 +202,7 @@ def result(run: str, folder: Path) -> Evaluation:
 @click.option("--results", type=click.Path(path_type=Path), required=True)
 def main(document: Path, results: Path) -> None:
     """Write the tables into DOCUMENT."""
-
-    def filled(match: re.Match[str]) -> str:
-        run, kind = match.groups()
-        table = KINDS[kind](result(run, results))
-        text = markdown(table) if table.rows else "| none |\n| --- |\n"
-        return f"<!-- table {run} {kind} -->\n\n{text}"
-
-    text = document.read_text(encoding="utf-8")
-    document.write_text(MARK.sub(filled, text), encoding="utf-8")
+    fill(document, lambda run, kind: KINDS[kind](result(run, results)))
 
 
 if __name__ == "__main__":

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from hijack_detect.evaluation.trials.cases import Case
 
 BASAN = "basan2022"
-PROTOCOLS = ("feng2018", "feng2018_noisy", BASAN)
+PROTOCOLS = ("feng2018", "feng2018_noisy", BASAN, "limits")
 PAGE = "index.html"
 ONSETS = 5
 
@@ -66,7 +66,8 @@ def evaluate(
     feng2018 has 25 straight, 25 curved and 50 hijacked flights of the simulator; feng2018_noisy
     is the same with the noise of a receiver on the fake fixes. basan2022 has 25 clean flights and
     25 of each attack (soft, hard 1, hard 2, smooth); with CORPUS it puts each attack into the
-    clean flights there, at --onsets places.
+    clean flights there, at --onsets places. limits has 30 clean flights and 30 of each of ten
+    attacks, for rates with narrow intervals at a --scale of 10.
 
     A clean flight is correct without any alarm, a hijacked one if the first alarm of the flight
     lies inside the attack. Flights that cannot be read are told on stderr; the exit code is 2

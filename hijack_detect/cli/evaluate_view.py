@@ -11,18 +11,22 @@ from hijack_detect.evaluation.scores.basan_tables import basan_tables
 from hijack_detect.evaluation.scores.evaluate import Evaluation
 from hijack_detect.evaluation.scores.evaluation_tables import (
     TextTable,
+    class_table,
     correct_table,
     detection_table,
     error_table,
 )
 
 PIPE_WIDTH = 120
-"""Columns of a table that is not shown in a terminal."""
+"""Columns of a table that is not shown in a terminal, at least."""
+METHOD_WIDTH = 18
+"""Columns that a method needs."""
 
 
 def tables(evaluation: Evaluation) -> None:
     """Print the tables on stdout."""
-    console = Console(width=None if sys.stdout.isatty() else PIPE_WIDTH)
+    width = max(PIPE_WIDTH, METHOD_WIDTH * (len(evaluation.methods) + 1))
+    console = Console(width=None if sys.stdout.isatty() else width)
     console.print(
         f"{evaluation.source}, policy {evaluation.policy}: {len(evaluation.flights)} flights, "
         f"{len(evaluation.failed)} could not be read",
@@ -32,9 +36,11 @@ def tables(evaluation: Evaluation) -> None:
     if evaluation.flights:
         for table in (correct_table, error_table, detection_table):
             console.print(drawn(table(evaluation)))
-    if evaluation.forging is not None:
+    if evaluation.forging is not None:  # its own tables tell the classes
         for made in basan_tables(evaluation):
             console.print(drawn(made))
+    elif (by_class := class_table(evaluation)) is not None:
+        console.print(drawn(by_class))
 
 
 def drawn(table: TextTable) -> Table:

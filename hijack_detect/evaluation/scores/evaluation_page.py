@@ -13,6 +13,7 @@ from hijack_detect.evaluation.scores.evaluation_tables import (
     DEFINITIONS,
     EXPLAINED,
     TextTable,
+    class_table,
     correct_table,
     detection_table,
     error_table,
@@ -45,6 +46,7 @@ def evaluation_page(evaluation: Evaluation) -> str:
         f"{len(evaluation.failed)} could not be read. hijack_detect {evaluation.version}."
     )
     tables = (correct_table, error_table, detection_table)
+    by_class = None if evaluation.forging else class_table(evaluation)
     return "\n".join(
         [
             '<!DOCTYPE html><html lang="en"><head><meta charset="utf-8">',
@@ -52,6 +54,7 @@ def evaluation_page(evaluation: Evaluation) -> str:
             f"<title>{escape(title)}</title><style>{STYLE}</style></head><body>",
             f"<h1>Evaluation: {escape(title)}</h1><p>{escape(facts)}</p>",
             *(_section(table(evaluation)) for table in tables),
+            *([] if by_class is None else [_section(by_class)]),
             *(map(_section, basan_tables(evaluation)) if evaluation.forging else ()),
             _roc(evaluation),
             _list(

@@ -12,7 +12,6 @@ with noise on the fake fixes, as if they had been recorded.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from functools import partial
 
@@ -20,25 +19,20 @@ import numpy as np
 
 from hijack_detect.evaluation.trials.basan2022 import basan2022
 from hijack_detect.evaluation.trials.cases import SimulatedCase
+from hijack_detect.evaluation.trials.fake_tracks import ATTACK_S, TRACKS, fake_track
+from hijack_detect.evaluation.trials.hard import hard
+from hijack_detect.evaluation.trials.limits import limits
 from hijack_detect.simulation.plan import FlightPlan, forward_end_s, forward_start_s
-from hijack_detect.spoofing.scenario import Scenario, parse_scenario
 
 MAX_SCALE = 200
 """Beyond that the seeds of one class would run into those of the next."""
 STRAIGHT_SEED, CURVED_SEED, HIJACKED_SEED = 10_000, 20_000, 30_000
 """First seed of each class; every further flight has the next one."""
 
-ATTACK_S = 30.0
 SETTLED_S = 12.0
 """The earliest onset: this long after the command to fly forward."""
-ROW_S = 0.5
-SPEED = 10.0
-"""Speed of the array, m/s; it is scaled to that of the flight."""
 NOISE_M = 0.03
 """Noise of recorded fake fixes, East and North each: 0.1 m/s in their velocity."""
-TRACKS = ("straight", "turn", "s_shape")
-"""Fake tracks, the same on every real route. On a straight route even the straight one leads the
-vehicle away: nothing that it reports tells the autopilot of the wind and of its own errors."""
 
 
 def feng2018(scale: int = 1, *, noise_m: float = 0.0) -> list[SimulatedCase]:
@@ -67,6 +61,8 @@ PROTOCOLS: Mapping[str, Callable[[int], list[SimulatedCase]]] = {
     "feng2018": feng2018,
     "feng2018_noisy": partial(feng2018, noise_m=NOISE_M),
     "basan2022": basan2022,
+    "limits": limits,
+    "hard": hard,
 }
 """Makers of the cases by name of the protocol; the argument is the scale."""
 
@@ -79,46 +75,3 @@ def hijacked_case(seed: int, noise_m: float = 0.0) -> SimulatedCase:
     onset = rng.uniform(forward_start_s(plan) + SETTLED_S, forward_end_s(plan) - ATTACK_S)
     scenario = fake_track(shape, round(onset, 1), rng, noise_m)
     return SimulatedCase(f"hijacked_{seed}_{plan.route}_{shape}", "hijacked", plan, seed, scenario)
-
-
-def fake_track(
-    shape: str, onset_s: float, rng: np.random.Generator, noise_m: float = 0.0
-) -> Scenario:
-    """An array of fake fixes that starts on the position, course and speed at onset.
-
-    Args:
-        shape: `straight` on; a `turn` of 40° to 110° to either side after which it goes
-            straight on; or `s_shape`, such a turn and then back to the first direction.
-        onset_s: Onset, seconds after the flight's first message.
-        rng: Chooses the sides and angles, then the noise.
-        noise_m: Standard deviation of the noise, metres.
-    """
-    time = np.arange(round(ATTACK_S / ROW_S) + 1) * ROW_S
-    steps = np.diff(time) * np.exp(1j * np.interp(time[:-1], *_course(shape, rng)))
-    track = np.concatenate([[0.0], np.cumsum(steps)])
-    track[1:] += noise_m / SPEED * (rng.normal(size=(2, len(time) - 1)).T @ [1, 1j])
-    rows = zip(time.tolist(), track.real.tolist(), track.imag.tolist(), strict=True)
-    positions = [[t, SPEED * forward, SPEED * left] for t, forward, left in rows]
-    model = {
-        "type": "fake_track",
-        "frame": "course",
-        "speed_scale": "flight",
-        "positions": positions,
-    }
-    segment = {"name": shape, "start": onset_s, "end": onset_s + ATTACK_S, "model": model}
-    return parse_scenario({"segments": [segment]}, f"fake track {shape}")
-
-
-def _course(shape: str, rng: np.random.Generator) -> tuple[list[float], list[float]]:
-    """Times in seconds and the direction of a fake track at these, radians to the left."""
-    if shape == "straight":
-        return [0.0], [0.0]
-    angle = math.radians(rng.uniform(40.0, 110.0)) * rng.choice([-1.0, 1.0])
-    turn_s = abs(angle) / math.radians(rng.uniform(15.0, 30.0))
-    begin = rng.uniform(0.5, 2.0)
-    times, angles = [begin, begin + turn_s], [0.0, float(angle)]
-    if shape == "s_shape":
-        back = times[-1] + rng.uniform(1.0, 5.0)
-        times += [back, back + turn_s]
-        angles += [float(angle), 0.0]
-    return times, angles

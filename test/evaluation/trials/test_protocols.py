@@ -12,14 +12,16 @@ import pytest
 
 from hijack_detect.evaluation.monitor.policies import policy_parameters
 from hijack_detect.evaluation.scores.evaluate import evaluate
-from hijack_detect.evaluation.trials.protocols import (
-    ATTACK_S,
-    NOISE_M,
-    PROTOCOLS,
-    TRACKS,
-    fake_track,
-    feng2018,
+from hijack_detect.evaluation.trials.fake_tracks import ATTACK_S, TRACKS, fake_track
+from hijack_detect.evaluation.trials.limits import (
+    CLASSES,
+    FIRST_SEED,
+    FLIGHTS,
+    MAX_SCALE,
+    SEEDS_OF_A_CLASS,
+    limits,
 )
+from hijack_detect.evaluation.trials.protocols import NOISE_M, PROTOCOLS, feng2018
 from hijack_detect.simulation.plan import forward_end_s, forward_start_s
 from hijack_detect.spoofing.scenario import Scenario
 from hijack_detect.spoofing.schema import FakeTrack
@@ -120,3 +122,34 @@ def test_a_clean_and_a_hijacked_flight() -> None:
     for flight, case in zip(found.flights, few, strict=True):
         onset = None if case.scenario is None else case.scenario.segments[0].start_s
         assert flight.onset_s == onset
+
+
+def test_limits_has_classes_of_their_own() -> None:
+    cases = limits()
+    counts = Counter(case.kind for case in cases)
+    assert counts == {
+        "clean_straight": 15,
+        "clean_curved": 15,
+        **dict.fromkeys(CLASSES, 30),
+    }
+    more = limits(4)
+    assert len({case.seed for case in more}) == len({case.name for case in more}) == len(more)
+    assert all(count in (60, 120) for count in Counter(case.kind for case in more).values())
+    assert all(case in more for case in cases)
+    assert pickle.loads(pickle.dumps(cases)) == cases
+    with pytest.raises(ValueError, match="scale is 0"):
+        limits(0)
+
+
+def test_attacks_of_limits_lie_in_forward_flight_on_both_routes() -> None:
+    attacked = [case for case in limits() if case.scenario is not None]
+    for case in attacked:
+        assert case.scenario is not None
+        (segment,) = case.scenario.segments
+        assert segment.end_s is None
+        assert forward_start_s(case.plan) + 10.0 < segment.start_s < forward_end_s(case.plan) - 39.0
+    assert {(case.kind, case.plan.route) for case in attacked} == set(
+        itertools.product(CLASSES, ("straight", "curved"))
+    )
+    assert min(case.seed for case in limits()) == FIRST_SEED == 60_000_000
+    assert FLIGHTS * MAX_SCALE <= SEEDS_OF_A_CLASS
