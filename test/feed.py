@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
@@ -16,10 +17,11 @@ from geometry_msgs.msg import QuaternionStamped, TwistStamped
 from live import SECOND, values_of
 from rclpy.duration import Duration
 from ros import KEEP_ALL, ROOT, Graph, Listener, RosProcess
-from sensor_msgs.msg import Imu, MagneticField, NavSatFix, NavSatStatus
+from sensor_msgs.msg import FluidPressure, Imu, MagneticField, NavSatFix, NavSatStatus
 from std_msgs.msg import UInt32
 
 from hijack_detect.detectors.verdict import State, Verdict
+from hijack_detect.evaluation.monitor.graph import DETECTORS
 from hijack_detect.nodes.messages import (
     course_message,
     imu_message,
@@ -66,6 +68,12 @@ def mag(stamp_ns: int, north: float = 2e-5) -> MagneticField:
     return message
 
 
+def pressure(stamp_ns: int, pascal: float = 95_460.0) -> FluidPressure:
+    message = FluidPressure(fluid_pressure=pascal)
+    message.header.stamp = time_message(stamp_ns)
+    return message
+
+
 def attitude(stamp_ns: int, w: float | None = None) -> Imu:
     half = math.sqrt(0.5)
     sample = AttitudeSample(stamp_ns, (0.0, 0.0, half, half), 0.001, (0.0,) * 3, (0.0, 0.0, 9.8))
@@ -93,14 +101,6 @@ def no_status(stamp_ns: int) -> DiagnosticArray:
     message = DiagnosticArray()
     message.header.stamp = time_message(stamp_ns)
     return message
-
-
-def correlation_verdict(stamp_ns: int) -> DiagnosticArray:
-    return verdict(stamp_ns, "correlation")
-
-
-def kld_verdict(stamp_ns: int) -> DiagnosticArray:
-    return verdict(stamp_ns, "kld")
 
 
 @dataclass(frozen=True)
@@ -145,6 +145,15 @@ VELOCITY = Input(
     },
 )
 MAG = Input("mag", "mag", mag, {"magnetic_field.x is nan": lambda stamp: mag(stamp, math.nan)})
+PRESSURE = Input(
+    "pressure",
+    "pressure",
+    pressure,
+    {
+        "fluid_pressure is nan": lambda stamp: pressure(stamp, math.nan),
+        "fluid_pressure is 954.6, not within": lambda stamp: pressure(stamp, 954.6),
+    },
+)
 ATTITUDE = Input(
     "attitude",
     "imu/data",
@@ -173,8 +182,11 @@ DATE = Input(
         "has score nan": lambda stamp: verdict(stamp, score=math.nan),
     },
 )
-CORRELATION = Input("correlation", "correlation/verdict", correlation_verdict)
-KLD = Input("kld", "kld/verdict", kld_verdict)
+VERDICTS = [
+    Input(name, f"{name}/verdict", partial(verdict, detector=name))
+    for name in DETECTORS
+    if name != DATE.name
+]
 SATELLITES = Input(
     "satellites",
     "gps/satellites",
@@ -189,7 +201,20 @@ NODES: dict[str, tuple[list[Input], type, str]] = {
     "correlation_detector": ([ATTITUDE, COURSE], DiagnosticArray, "correlation/verdict"),
     "date_detector": ([ATTITUDE, FIX, VELOCITY], DiagnosticArray, "date/verdict"),
     "kld_detector": ([FIX, VELOCITY, SATELLITES], DiagnosticArray, "kld/verdict"),
-    "fusion": ([DATE, CORRELATION, KLD], DiagnosticArray, "fusion/verdict"),
+    "coast_detector": ([RAW_IMU, VELOCITY, MAG, FIX], DiagnosticArray, "coast/verdict"),
+    "gnss_sanity": ([FIX, VELOCITY, SATELLITES], DiagnosticArray, "gnss/verdict"),
+    "altitude_detector": (
+        [ATTITUDE, PRESSURE, VELOCITY, FIX],
+        DiagnosticArray,
+        "altitude/verdict",
+    ),
+    "heading_detector": (
+        [RAW_IMU, MAG, FIX, VELOCITY, ATTITUDE],
+        DiagnosticArray,
+        "heading/verdict",
+    ),
+    "drag_detector": ([ATTITUDE, FIX, VELOCITY], DiagnosticArray, "drag/verdict"),
+    "fusion": ([DATE, *VERDICTS], DiagnosticArray, "fusion/verdict"),
 }
 """Inputs of each node and its output."""
 

@@ -23,9 +23,9 @@ def load(name: str) -> ModuleType:
 @pytest.mark.parametrize(
     ("name", "arguments", "nodes"),
     [
-        ("hijack_detect", {"mavros": "true", "uav": "uav1", "policy": "paper"}, 6),
-        ("hijack_detect", {"record": "true"}, 7),
-        ("replay", {"bag": "bags/curved_8", "rate": "4"}, 7),
+        ("hijack_detect", {"mavros": "true", "uav": "uav1", "policy": "paper"}, 11),
+        ("hijack_detect", {"record": "true"}, 12),
+        ("replay", {"bag": "bags/curved_8", "rate": "4"}, 12),
     ],
 )
 def test_every_node_is_started(name: str, arguments: dict[str, str], nodes: int) -> None:

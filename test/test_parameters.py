@@ -10,9 +10,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hijack_detect.detectors.altitude_parameters import AltitudeParameters
+from hijack_detect.detectors.coast_parameters import CoastParameters
 from hijack_detect.detectors.correlation_parameters import CorrelationParameters
 from hijack_detect.detectors.date import DateParameters
-from hijack_detect.detectors.fusion import FusionParameters
+from hijack_detect.detectors.drag_parameters import DragParameters
+from hijack_detect.detectors.fusion_parameters import FusionParameters
+from hijack_detect.detectors.gnss_sanity_parameters import GnssSanityParameters
+from hijack_detect.detectors.heading_parameters import HeadingParameters
 from hijack_detect.detectors.kld_parameters import KldParameters
 from hijack_detect.estimation.attitude_parameters import AttitudeParameters
 from hijack_detect.estimation.course import CourseParameters
@@ -21,11 +26,16 @@ from hijack_detect.recording.parameters import RecorderParameters
 from hijack_detect.spoofing.live_parameters import SpooferParameters
 
 SETS = [
+    AltitudeParameters,
     AttitudeParameters,
+    CoastParameters,
     CorrelationParameters,
     CourseParameters,
     DateParameters,
+    DragParameters,
     FusionParameters,
+    GnssSanityParameters,
+    HeadingParameters,
     KldParameters,
     RecorderParameters,
     SpooferParameters,

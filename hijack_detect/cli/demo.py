@@ -19,7 +19,7 @@ from rich.live import Live
 
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.cli.common import find_scenario, share_folder
-from hijack_detect.cli.demo_view import live_line, timeline
+from hijack_detect.cli.demo_view import live_view, timeline
 from hijack_detect.cli.listener import Listener
 from hijack_detect.cli.processes import NodeError, NodeProcesses, interrupt_held
 from hijack_detect.evaluation.ground_truth.outcome import alert_is_right
@@ -115,7 +115,7 @@ def _play(
             processes.start(node, [*policy, *inputs])
         wait = " ".join((*MONITOR, listener.get_name()))
         processes.start("bag_replay", [*replay, "-p", f"wait_for:={wait}"])
-        with Live(live_line(listener), console=console, refresh_per_second=10) as live:
+        with Live(live_view(listener), console=console, refresh_per_second=10) as live:
             heard, quiet_since = 0, time.monotonic()
             while not pressed and (
                 not listener.finished or time.monotonic() - quiet_since < LAST_WORDS_S
@@ -125,7 +125,7 @@ def _play(
                 count = sum(map(len, listener.verdicts.values()))
                 if count != heard:
                     heard, quiet_since = count, time.monotonic()
-                live.update(live_line(listener))
+                live.update(live_view(listener))
     return listener
 
 

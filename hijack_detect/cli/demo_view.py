@@ -1,4 +1,4 @@
-"""What the demonstration shows: one live line, then the timeline."""
+"""What the demonstration shows: a few live lines, then the timeline."""
 
 from __future__ import annotations
 
@@ -34,22 +34,30 @@ WORDS = {
 """What stands for a state, with the margin; normal is the margin alone."""
 
 
-def live_line(listener: Listener) -> Text:
-    """Time, attack, alert, and state and margin of each detector; fits into 80 columns."""
-    line = Text(f"{listener.position_s:5.1f} s ", no_wrap=True, overflow="crop")
-    line.append(*(("SPOOFED", "red") if listener.spoofed else ("clean  ", "")))
-    line.append(*((" ALERT", "bold white on red") if listener.alert else ("      ", "")))
+COLUMNS = 3
+NAME_WIDTH, CELL_WIDTH = 11, 26
+"""Cells of the live view: three side by side fit into 80 columns."""
+
+
+def live_view(listener: Listener) -> Text:
+    """Time, attack and alert, then state and margin of each detector, in a grid of cells."""
+    head = Text(f"{listener.position_s:5.1f} s ")
+    head.append(*(("SPOOFED", "red") if listener.spoofed else ("clean  ", "")))
+    head.append(*((" ALERT", "bold white on red") if listener.alert else ("", "")))
+    cells = [head]
     for name, verdicts in listener.verdicts.items():
-        line.append(f" {name} ")
-        line.append(*_state(verdicts[-1] if verdicts else None))
-    return line
+        cell = Text(f"{name:<{NAME_WIDTH}} ")
+        cells.append(cell.append(*_state(verdicts[-1] if verdicts else None)))
+    for cell in cells:
+        cell.truncate(CELL_WIDTH, pad=True)
+    rows = [Text.assemble(*cells[at : at + COLUMNS]) for at in range(0, len(cells), COLUMNS)]
+    return Text("\n", no_wrap=True, overflow="crop").join(rows)
 
 
 def _state(verdict: Verdict | None) -> tuple[str, str]:
     if verdict is None:
-        return f"{'silent':<11}", "dim"
-    text = WORDS.get(verdict.state, "{:.2f}").format(verdict.margin)
-    return f"{text:<11}", STYLES[verdict.state]
+        return "silent", "dim"
+    return WORDS.get(verdict.state, "{:.2f}").format(verdict.margin), STYLES[verdict.state]
 
 
 def timeline(listener: Listener, attack: Attack | None, run: OfflineRun) -> RenderableType:

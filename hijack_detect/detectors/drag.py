@@ -11,7 +11,7 @@ import numpy as np
 from hijack_detect.detectors.drag_blocks import BlockBuilder, FlightBlock
 from hijack_detect.detectors.drag_parameters import DragParameters
 from hijack_detect.detectors.drag_phase import FlightPhase
-from hijack_detect.detectors.input_watch import InputWatch
+from hijack_detect.detectors.input_watch import REPEAT_NS, InputWatch
 from hijack_detect.detectors.persistence import Persistence
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.estimation.course import displacement
@@ -81,6 +81,8 @@ class DragDetector:
         self._watch = InputWatch(("attitude", "GPS velocity"))
         self._fix: FixSample | None = None
         self._velocity_ns: int | None = None
+        self._told_ns: int | None = None
+        """Stamp of the last verdict."""
 
     def update(
         self, name: str, sample: AttitudeSample | FixSample | VelocitySample
@@ -112,12 +114,12 @@ class DragDetector:
         block = self._blocks.velocity(stamp_ns, valid_ns, np.array(velocity))
         if block is not None:
             return self._evaluate(block)
-        if self._last_ns is None:
+        if self._last_ns is not None and stamp_ns - self._last_ns >= self._gap_ns:
+            self._forget_wind()
             self._last_ns = stamp_ns
-        if stamp_ns - self._last_ns < self._gap_ns:
+        last = self._told_ns
+        if last is not None and stamp_ns - last < REPEAT_NS:
             return None
-        self._forget_wind()
-        self._last_ns = stamp_ns
         return self._cannot_tell(stamp_ns)
 
     def _cannot_tell(self, stamp_ns: int) -> Verdict:
@@ -130,6 +132,7 @@ class DragDetector:
 
     def _no_score(self, stamp_ns: int, state: State, reason: str) -> Verdict:
         self._persistence.reset()
+        self._told_ns = stamp_ns
         return Verdict(self.NAME, stamp_ns, state, 0.0, self._parameters.least_limit, reason)
 
     def _forget_wind(self) -> None:
@@ -143,7 +146,7 @@ class DragDetector:
         p, stamp = self._parameters, block.air.stamp_ns
         if self._last_ns is not None and stamp - self._last_ns > self._gap_ns:
             self._forget_wind()
-        self._last_ns = stamp
+        self._last_ns = self._told_ns = stamp
         if self._phase.update(block):
             self._forget_wind()
         unusable = self._unusable(block)

@@ -1,65 +1,17 @@
-"""Fuses the detectors' verdicts into one alert."""
+"""Fuses the detectors' verdicts into one alert; `fusion_decisions` says when."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from hijack_detect.detectors.fusion_decisions import decision
+from hijack_detect.detectors.fusion_parameters import FusionParameters
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.parameters import Parameters, param
 from hijack_detect.streams.samples import NANOSECONDS
 
-SUPPORTING = frozenset({"correlation"})
-"""Detectors whose alarm alone is no proof: what they see has innocent causes."""
-PUBLISHED = ("correlation", "date")
-"""The detectors that policy `paper` asks: those of Feng 2018."""
 KEEPING = frozenset({"kld"})
 """Detectors that keep their alarm until they are reset themselves."""
-
-
-@dataclass(frozen=True)
-class FusionParameters(Parameters):
-    """Parameters of the fusion."""
-
-    policy: str = param(
-        "default",
-        "`paper`: alert when correlation and DATE have both claimed a hijack (§5: 'when the "
-        "results of all the methods are hijacked'); claims are kept for the flight. Use it with "
-        "the faithful detectors. `any`: alert when any detector alarms. `default`: alert when "
-        "DATE or KLD alarms, or when the correlation alarms and one of them comes close to it.",
-        choices=("paper", "any", "default"),
-    )
-    together_s: float = param(
-        5.0,
-        "Policy `default`: the correlation's alarm and another margin this close together count "
-        "as one event.",
-        unit="s",
-        low=0.0,
-        high=600.0,
-    )
-    together_margin: float = param(
-        0.8,
-        "Policy `default`: with an alarm of the correlation this margin of DATE or KLD alerts. "
-        "The correlation alone never does: a pilot who begins to fly sideways looks the same.",
-        low=0.1,
-        high=1.0,
-    )
-    patience_s: float = param(
-        5.0,
-        "How long to wait for a detector that has gone silent, on the stamps of the others: an "
-        "alert comes this much later when a detector has just died. For replays faster than real "
-        "time far larger.",
-        unit="s",
-        low=1.0,
-        high=3600.0,
-    )
-    stale_s: float = param(
-        3.0,
-        "A detector whose newest verdict is this much older than the newest of all is STALE.",
-        unit="s",
-        low=0.1,
-        high=600.0,
-    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +20,8 @@ class FusionResult:
 
     `state` is the worst claim that can be made; it is NORMAL only if no expected detector is
     missing or stale and at least one can tell. `alert` is latched until `reset`. `confidence`
-    is in [0, 1]: 0.5 for one detector at its threshold; it is not a calibrated probability.
+    is in [0, 1]: the probability of an attack with policy `default`, and the largest that there
+    was of an alert; with the others 0.5 for one detector at its threshold, 1 for an alert.
     """
 
     stamp_ns: int
@@ -92,10 +45,8 @@ class Fusion:
         """Expect verdicts of the named detectors."""
         self._parameters = parameters
         self.inputs = dict.fromkeys(detectors, parameters.patience_s)
-        self._together_ns = round(parameters.together_s * NANOSECONDS)
         self._stale_ns = round(parameters.stale_s * NANOSECONDS)
-        paper = parameters.policy == "paper"
-        self._voters = tuple(name for name in detectors if not paper or name in PUBLISHED)
+        self._calibrated = parameters.policy == "default"
         self._last: dict[str, Verdict] = {}
         self._first_ns: int | None = None
         self.reset()
@@ -110,9 +61,10 @@ class Fusion:
             for name, last in self._last.items()
             if name in KEEPING and last.state is State.ALARM
         }
-        self._alarmed: dict[str, Verdict] = {}
-        self._close: dict[str, Verdict] = {}
+        self._decision = decision(self._parameters)
+        self._warned = False
         self._alert_since_ns: int | None = None
+        self._confidence = 0.0
         self._cause = ""
         self._causes: tuple[str, ...] = ()
 
@@ -120,6 +72,7 @@ class Fusion:
         """Keep the alert of the fusion before: a clock that is set back takes no alert back."""
         self._alert_since_ns, self._heard_out = before._alert_since_ns, before._heard_out
         self._cause, self._causes = before._cause, before._causes
+        self._confidence = before._confidence
 
     def update(self, name: str, verdict: Verdict) -> FusionResult:
         """Take the next verdict in order of stamp."""
@@ -128,36 +81,23 @@ class Fusion:
             self._first_ns = verdict.stamp_ns
         if verdict.state is not State.ALARM:
             self._heard_out.discard(name)
-        if name not in self._voters or name in self._heard_out:
-            return self._result(verdict.stamp_ns)
-        if verdict.state is State.ALARM:
-            self._alarmed[name] = verdict
-        elif name not in SUPPORTING and verdict.margin >= self._parameters.together_margin:
-            self._close[name] = verdict
-        causes = self._decide(verdict)
-        if causes and self._alert_since_ns is None:
-            self._alert_since_ns, self._cause = verdict.stamp_ns, _told(causes)
-            self._causes = tuple(dict.fromkeys(v.detector for v in causes))
+        if name not in self._heard_out:
+            causes = self._decision.update(verdict)
+            if causes and self._alert_since_ns is None:
+                self._alert_since_ns, self._cause = verdict.stamp_ns, _told(causes)
+                self._causes = tuple(dict.fromkeys(v.detector for v in causes))
+        self._judge(verdict.stamp_ns)
         return self._result(verdict.stamp_ns)
 
-    def _decide(self, verdict: Verdict) -> Sequence[Verdict]:
-        """What the policy alerts on at this verdict, empty if it does not."""
-        alarm = verdict.state is State.ALARM
-        policy = self._parameters.policy
-        if policy == "paper":
-            claims = list(self._alarmed.values())
-            return claims if len(claims) == len(self._voters) else ()
-        if alarm and (policy == "any" or verdict.detector not in SUPPORTING):
-            return (verdict,)
-        if policy == "any":
-            return ()
-        near = [
-            v
-            for v in (*self._alarmed.values(), *self._close.values())
-            if verdict.stamp_ns - v.stamp_ns <= self._together_ns
-        ]
-        supported = {v.detector in SUPPORTING for v in near} == {True, False}
-        return near if supported else ()
+    def _judge(self, stamp_ns: int) -> None:
+        """Set confidence, and whether it is high enough for a warning."""
+        now = self._decision.confidence(stamp_ns)
+        if self._alert_since_ns is None:
+            self._confidence = now
+        else:
+            self._confidence = max(now, self._confidence) if self._calibrated else 1.0
+        limit = self._parameters.warn_probability * (0.5 if self._warned else 1.0)
+        self._warned = self._calibrated and now >= limit
 
     def _result(self, stamp_ns: int) -> FusionResult:
         verdicts = {name: self._seen(name, stamp_ns) for name in self.inputs}
@@ -173,7 +113,7 @@ class Fusion:
             state,
             self._alert_since_ns is not None,
             self._alert_since_ns,
-            self._confidence(known),
+            self._confidence,
             self._cause or _told(list(known.values())),
             known,
             lost,
@@ -194,7 +134,7 @@ class Fusion:
         states = [verdict.state for verdict in known.values()]
         if self._alert_since_ns is not None:
             return State.ALARM
-        if State.ALARM in states or State.SUSPICIOUS in states:
+        if self._warned or State.ALARM in states or State.SUSPICIOUS in states:
             return State.SUSPICIOUS
         if lost:
             return State.STALE
@@ -204,15 +144,6 @@ class Fusion:
             if state in states:
                 return state
         return State.NOT_READY
-
-    def _confidence(self, known: Mapping[str, Verdict]) -> float:
-        if self._alert_since_ns is not None:
-            return 1.0
-        doubt = 1.0
-        for name, verdict in known.items():
-            if name in self._voters:
-                doubt *= 1.0 / (1.0 + verdict.margin**2)
-        return 1.0 - doubt
 
 
 def _told(verdicts: Sequence[Verdict]) -> str:

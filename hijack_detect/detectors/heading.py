@@ -69,10 +69,10 @@ class HeadingDetector:
         """Start without history."""
         self._parameters = p = parameters
         self.inputs: Mapping[str, float] = {
-            "imu": SENSOR_PATIENCE_S,
-            "mag": SENSOR_PATIENCE_S,
-            "fix": SENSOR_PATIENCE_S,
-            "velocity": SENSOR_PATIENCE_S,
+            "imu": p.sensor_patience_s,
+            "mag": p.sensor_patience_s,
+            "fix": p.sensor_patience_s,
+            "velocity": p.sensor_patience_s,
             "attitude": p.patience_s,
         }
         limits = {

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from hijack_detect.detectors.input_watch import patience
+from hijack_detect.detectors.input_watch import patience, sensor_patience
 from hijack_detect.parameters import Parameters, param
 
 
@@ -112,3 +112,4 @@ class HeadingParameters(Parameters):
         high=1.0,
     )
     patience_s: float = patience()
+    sensor_patience_s: float = sensor_patience()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +22,8 @@ from hijack_detect.streams.samples import Quaternion
 
 POSITION_LAG, VELOCITY_LAG = 15, 16
 SIZE = 17
+STEPS = 512
+"""Newest steps that are kept; far more than lie between two samples."""
 
 
 @dataclass(frozen=True)
@@ -91,8 +94,8 @@ class LagEkf(Ekf):
         """Lags of position and velocity beyond the nominal one, s."""
         self.acceleration: Array = np.zeros(3)
         """Mean over the last block, ENU, m/s²."""
-        self.steps: list[Propagated | Measured] = []
-        """What was done since this list was emptied."""
+        self.steps: deque[Propagated | Measured] = deque(maxlen=STEPS)
+        """What was done since this was emptied; a filter that nobody reads keeps the newest."""
         self._block: slice | None = None
 
     def propagate(self, block: ImuBlock) -> None:

@@ -8,6 +8,11 @@ MONITOR = (
     "correlation_detector",
     "date_detector",
     "kld_detector",
+    "coast_detector",
+    "gnss_sanity",
+    "altitude_detector",
+    "heading_detector",
+    "drag_detector",
     "fusion",
 )
 NODES = (*MONITOR, "bag_replay", "gps_spoofer", "recorder")

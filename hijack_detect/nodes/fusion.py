@@ -11,7 +11,8 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from std_msgs.msg import Bool, Float64
 from std_srvs.srv import Trigger
 
-from hijack_detect.detectors.fusion import Fusion, FusionParameters, FusionResult
+from hijack_detect.detectors.fusion import Fusion, FusionResult
+from hijack_detect.detectors.fusion_parameters import FusionParameters
 from hijack_detect.evaluation.monitor.graph import DETECTORS
 from hijack_detect.nodes.messages import fusion_message, verdict_from
 from hijack_detect.nodes.qos import INTERNAL, STATE

@@ -22,7 +22,8 @@ from hijack_detect.evaluation.trials.protocols import PROTOCOLS as MADE
 
 PROGRAM = Path(sys.executable).with_name("hijack-detect")
 SITL = ROOT.parent / "shared" / "flights" / "sitl"
-METHODS = ["ins_position", "correlation", "date", "both", "kld", "fusion"]
+METHODS = ["ins_position", "correlation", "date", "both", "kld", "coast", "gnss", "altitude",
+           "heading", "drag", "fusion"]  # fmt: skip
 
 
 def evaluate(*arguments: object) -> subprocess.CompletedProcess[str]:

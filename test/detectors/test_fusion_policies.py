@@ -6,7 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hijack_detect.detectors.fusion import Fusion, FusionParameters, FusionResult
+from hijack_detect.detectors.fusion import Fusion, FusionResult
+from hijack_detect.detectors.fusion_parameters import FusionParameters
+from hijack_detect.detectors.likelihood import RATIOS, RecentPeak, odds, probability
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.parameters import ParameterError
 
@@ -63,44 +65,6 @@ def test_paper_alerts_when_both_have_claimed_however_far_apart() -> None:
     assert result.causes == ("correlation", "date")
     assert "correlation" in result.reason
     assert "date" in result.reason
-
-
-def test_default_alerts_on_date_alone() -> None:
-    result = feed(fusion(), verdict("date", 1, State.ALARM, 1.01))[-1]
-    assert result.alert
-
-
-def test_default_never_alerts_on_the_correlation_alone() -> None:
-    one = fusion()
-    for at in range(100):
-        results = feed(
-            one, verdict("correlation", at, State.ALARM, 50.0), verdict("date", at, State.NORMAL)
-        )
-        assert not any(result.alert for result in results)
-    assert results[-1].state is State.SUSPICIOUS
-
-
-@pytest.mark.parametrize(("margin", "alert"), [(0.79, False), (0.81, True)])
-@pytest.mark.parametrize("first", NAMES)
-def test_default_alerts_on_the_correlation_with_date_close(
-    first: str, margin: float, alert: bool
-) -> None:
-    turned = verdict("correlation", 1, State.ALARM)
-    close = verdict("date", 1, State.NORMAL, margin)
-    ordered = (turned, close) if first == "correlation" else (close, turned)
-    assert feed(fusion(), *ordered)[-1].alert is alert
-
-
-@pytest.mark.parametrize(("apart_s", "alert"), [(4.9, True), (5.1, False)])
-@pytest.mark.parametrize("first", NAMES)
-def test_default_counts_as_one_event_only_what_is_close_in_time(
-    first: str, apart_s: float, alert: bool
-) -> None:
-    one = fusion(stale_s=100.0)
-    second = "date" if first == "correlation" else "correlation"
-    kinds = {"correlation": (State.ALARM, 1.5), "date": (State.NORMAL, 0.9)}
-    results = feed(one, verdict(first, 0, *kinds[first]), verdict(second, apart_s, *kinds[second]))
-    assert results[-1].alert is alert
 
 
 def test_the_alert_is_latched_until_reset() -> None:
@@ -212,66 +176,143 @@ def test_confidence_is_within_bounds_and_grows_with_each_margin(
     assert math.isfinite(low)
 
 
-def test_confidence_is_a_half_for_one_detector_at_its_threshold() -> None:
-    one = fusion()
-    assert feed(one, verdict("date", 1, State.NORMAL, 0.0))[-1].confidence == 0.0
-    assert feed(one, verdict("date", 2, State.NORMAL, 1.0))[-1].confidence == pytest.approx(0.5)
-
-
 def test_a_policy_that_does_not_exist_is_refused() -> None:
     with pytest.raises(ParameterError, match="policy"):
         fusion("both")
 
 
-def three(policy: str) -> Fusion:
-    return Fusion(FusionParameters(policy=policy), (*NAMES, "kld"))
+ALL = (*NAMES, "kld", "coast", "drag")
 
 
-def test_kld_is_one_more_voter_and_none_of_the_papers() -> None:
-    alarm = verdict("kld", 1, State.ALARM)
-    assert feed(three("default"), alarm)[-1].causes == ("kld",)
-    assert feed(three("any"), alarm)[-1].alert
-    paper = three("paper")
-    result = feed(paper, alarm, verdict("date", 2, State.ALARM))[-1]
-    assert not result.alert
+def calibrated(**parameters: float) -> Fusion:
+    return Fusion(FusionParameters.from_mapping(parameters), ALL)
+
+
+def alarm(name: str, at_s: float, margin: float = 3.0) -> Verdict:
+    return verdict(name, at_s, State.ALARM, margin)
+
+
+def test_the_probability_is_that_of_the_likelihood_ratios() -> None:
+    """Ln odds = ln prior odds + Σ ln ratios; 0.1 is a prior of 1 : 9."""
+    said = [verdict(name, 1, State.NORMAL, 0.6) for name in ALL]
+    result = feed(calibrated(), *said)[-1]
+    ratio = math.prod(math.exp(RATIOS[name](0.6)) for name in ALL)
+    assert result.confidence == pytest.approx(ratio / 9.0 / (1.0 + ratio / 9.0), rel=1e-12)
+
+
+@pytest.mark.parametrize("state", [State.NOT_READY, State.NOT_OBSERVABLE, State.STALE])
+def test_a_detector_that_cannot_tell_says_nothing(state: State) -> None:
+    said = [verdict(name, 1, state, 50.0) for name in ALL]
+    assert feed(calibrated(), *said)[-1].confidence == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize("name", ["kld", "coast"])
+def test_default_alerts_on_a_strong_detector_alone_when_it_lasts(name: str) -> None:
+    first, second, third = feed(calibrated(), alarm(name, 1), alarm(name, 1.1), alarm(name, 1.2))
+    assert not first.alert
+    assert not second.alert
+    assert third.alert
+    assert third.causes == (name,)
+    assert third.confidence > 0.6
+    assert f"{name} says so" in third.reason
+
+
+@pytest.mark.parametrize("name", ["correlation", "drag"])
+def test_default_never_alerts_on_what_has_innocent_causes(name: str) -> None:
+    one = calibrated()
+    for at in range(100):
+        result = feed(one, alarm(name, at, 50.0))[-1]
+        assert not result.alert
     assert result.state is State.SUSPICIOUS
-    result = feed(paper, verdict("correlation", 3, State.ALARM))[-1]
-    assert result.alert
-    assert result.causes == ("date", "correlation")
 
 
-def test_with_the_correlation_a_close_kld_alerts() -> None:
-    one = three("default")
-    result = feed(
-        one, verdict("kld", 1, State.NORMAL, 0.9), verdict("correlation", 2, State.ALARM)
-    )[-1]
-    assert result.causes == ("correlation", "kld")
+def test_default_never_alerts_without_an_alarm() -> None:
+    one = calibrated()
+    for at in range(100):
+        said = [verdict(name, at, State.NORMAL, 0.99) for name in ALL]
+        assert not any(result.alert for result in feed(one, *said))
+    assert result_state(one) is State.SUSPICIOUS
+
+
+def result_state(one: Fusion) -> State:
+    return feed(one, verdict("date", 100, State.NORMAL))[-1].state
+
+
+@pytest.mark.parametrize(("apart_s", "together"), [(4.9, True), (5.1, False)])
+def test_margins_close_in_time_count_together(apart_s: float, together: bool) -> None:
+    one = calibrated(stale_s=100.0)
+    alone = feed(calibrated(), verdict("date", 0, State.NORMAL, 0.9))[-1].confidence
+    feed(one, verdict("coast", 0, State.NORMAL, 0.9))
+    both_heard = feed(one, verdict("date", apart_s, State.NORMAL, 0.9))[-1].confidence
+    assert (both_heard > alone) is together
+
+
+def test_a_warning_ends_at_half_of_what_began_it() -> None:
+    """With warn_probability p it begins at p and ends below p / 2."""
+    one = calibrated(together_s=0.0, warn_probability=0.3)
+
+    def chance(margin: float) -> float:
+        said = verdict("date", 1, State.NORMAL, margin)
+        return feed(calibrated(), said)[-1].confidence
+
+    margin = next(m / 100 for m in range(1, 100) if chance(m / 100) >= 0.16)
+    assert chance(margin) < 0.29
+    said = feed(one, verdict("date", 1, State.NORMAL, margin))[-1]
+    assert said.state is not State.SUSPICIOUS
+    assert feed(one, verdict("coast", 2, State.NORMAL, 5.0))[-1].state is State.SUSPICIOUS
+    assert feed(one, verdict("date", 3, State.NORMAL, margin))[-1].state is State.SUSPICIOUS
+    assert feed(one, verdict("date", 4, State.NORMAL, 0.0))[-1].state is not State.SUSPICIOUS
 
 
 def test_an_alarm_that_kld_keeps_does_not_alert_again_after_a_reset() -> None:
-    one = three("default")
-    assert feed(one, verdict("kld", 1, State.ALARM))[-1].alert
+    one = calibrated()
+    assert feed(one, alarm("kld", 1), alarm("kld", 1.3))[-1].alert
     one.reset()
-    result = feed(one, verdict("kld", 2, State.ALARM))[-1]
+    result = feed(one, alarm("kld", 2), alarm("kld", 3))[-1]
     assert not result.alert
     assert result.state is State.SUSPICIOUS
-    assert feed(one, verdict("date", 3, State.ALARM))[-1].causes == ("date",)
+    assert feed(one, alarm("coast", 3), alarm("coast", 3.5))[-1].causes == ("coast",)
     one.reset()
-    results = feed(one, verdict("kld", 4, State.NORMAL), verdict("kld", 5, State.ALARM))
+    results = feed(one, verdict("kld", 4, State.NORMAL), alarm("kld", 5), alarm("kld", 6))
     assert results[-1].causes == ("kld",)
 
 
-def test_the_papers_confidence_asks_the_papers_detectors() -> None:
-    margin = verdict("kld", 1, State.NORMAL, 0.9)
-    assert feed(three("paper"), margin)[-1].confidence == 0.0
-    assert feed(three("default"), margin)[-1].confidence > 0.4
+def test_the_paper_asks_the_papers_detectors() -> None:
+    paper = Fusion(FusionParameters(policy="paper"), ALL)
+    assert feed(paper, verdict("kld", 1, State.NORMAL, 0.9))[-1].confidence == 0.0
+    result = feed(paper, alarm("kld", 1), alarm("coast", 1), verdict("date", 2, State.ALARM))[-1]
+    assert not result.alert
+    assert result.state is State.SUSPICIOUS
+    result = feed(paper, verdict("correlation", 3, State.ALARM))[-1]
+    assert result.causes == ("date", "correlation")
 
 
 def test_what_was_heard_out_stays_so_when_the_clock_is_set_back() -> None:
-    one, afresh = three("default"), three("default")
-    feed(one, verdict("kld", 100, State.ALARM))
+    one, afresh = calibrated(), calibrated()
+    feed(one, alarm("kld", 100))
     one.reset()
     afresh.inherit(one)
-    assert not feed(afresh, verdict("kld", 1, State.ALARM))[-1].alert
-    results = feed(afresh, verdict("kld", 2, State.NORMAL), verdict("kld", 3, State.ALARM))
+    assert not feed(afresh, alarm("kld", 1), alarm("kld", 2))[-1].alert
+    results = feed(afresh, verdict("kld", 3, State.NORMAL), alarm("kld", 4), alarm("kld", 5))
     assert results[-1].alert
+
+
+@given(st.lists(st.tuples(st.floats(0.0, 2.0), st.floats(0.0, 20.0)), min_size=1, max_size=40))
+def test_the_recent_peak_is_the_largest_of_the_last_seconds(
+    steps: list[tuple[float, float]],
+) -> None:
+    peak, said, at = RecentPeak(5 * SECOND), [], 0.0
+    for step, margin in steps:
+        at += step
+        one = verdict("coast", at, State.NORMAL, margin)
+        said.append(one)
+        peak.add(one)
+        found = peak.at(one.stamp_ns)
+        recent = [v.margin for v in said if one.stamp_ns - v.stamp_ns <= 5 * SECOND]
+        assert found is not None
+        assert found.margin == max(recent)
+
+
+@given(st.floats(1e-6, 1.0 - 1e-6))
+def test_odds_and_probability_are_inverse(chance: float) -> None:
+    assert probability(odds(chance)) == pytest.approx(chance, rel=1e-9)

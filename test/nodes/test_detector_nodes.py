@@ -16,18 +16,27 @@ FIGURES = {
     "correlation": ("coefficient", "mean_difference"),
     "date": ("delta_ax", "delta_ay"),
     "kld": ("divergence",),
+    "coast": ("score", "acceleration", "direction", "smallest_visible"),
+    "gnss": ("jump", "freeze", "velocity_mismatch", "velocity_mismatch_limit"),
+    "altitude": ("difference",),
+    "heading": ("difference",),
+    "drag": ("wind_change",),
 }
+LEAST = {"coast": 10, "drag": 10}
+"""Verdicts of 6 s where there is not one for each fix."""
+NODE_NAMES = {"gnss": "gnss_sanity"}
+"""Nodes that are not called DETECTOR_detector."""
 
 
 @pytest.mark.parametrize("detector", FIGURES)
 def test_every_verdict_has_its_flag_and_figures(graph: Graph, detector: str) -> None:
-    fed = Fed(graph, f"{detector}_detector")
+    fed = Fed(graph, NODE_NAMES.get(detector, f"{detector}_detector"))
     hijacked = graph.listen(Bool, f"{detector}/hijacked")
     figures = {name: graph.listen(Float64, f"{detector}/{name}") for name in FIGURES[detector]}
     topics = [f"/{detector}/{name}" for name in ("hijacked", *figures)]
     graph.spin_until(lambda: all(map(graph.node.count_publishers, topics)), "the topics")
     fed.good(30)
-    graph.spin_until(lambda: len(fed.output.messages) >= 28, "verdicts")
+    graph.spin_until(lambda: len(fed.output.messages) >= LEAST.get(detector, 28), "verdicts")
     verdicts = fed.output.messages
     for listener in (hijacked, *figures.values()):
         graph.spin_until(lambda heard=listener: len(heard.messages) == len(verdicts), "figures")
@@ -37,7 +46,7 @@ def test_every_verdict_has_its_flag_and_figures(graph: Graph, detector: str) -> 
         heard = [one.data for one in listener.messages]
         assert [repr(one) for one in heard] == [repr(one) for one in told]
         assert math.isnan(heard[0])
-    assert values_of(verdicts[0])["state"] == "not_ready"
+    assert values_of(verdicts[0])["state"] in ("not_ready", "not_observable")
     assert fed.process.interrupt() == 0
 
 
@@ -45,7 +54,7 @@ def test_hijacked_is_true_while_date_alarms(graph: Graph) -> None:
     fed = Fed(graph, "date_detector")
     hijacked = graph.listen(Bool, "date/hijacked")
     graph.spin_until(lambda: graph.node.count_publishers("/date/hijacked"), "date/hijacked")
-    fed.good(15)
+    fed.good(120)  # the limit is learnt for 20 s
     fed.inputs = [one for one in fed.inputs if one is not VELOCITY]
     began_ns = fed.stamp_ns
     for _ in range(15):  # the reported velocity gains 4 m/s each second, the vehicle does not

@@ -101,7 +101,7 @@ def test_the_alert_is_latched_for_late_subscribers_and_repeated(graph: Graph) ->
     monitored = Monitored(graph)
     monitored.until_alert(False)
     monitored.say(2.0)
-    monitored.say(1.0, date=State.ALARM)
+    monitored.say(1.0, coast=State.ALARM)
     monitored.until_alert(True)
     (info,) = graph.node.get_publishers_info_by_topic("/hijack_alert")
     assert info.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
@@ -119,7 +119,7 @@ def test_the_alert_is_latched_for_late_subscribers_and_repeated(graph: Graph) ->
 def test_the_alert_stays_when_the_alarm_is_over_and_a_reset_takes_it_back(graph: Graph) -> None:
     monitored = Monitored(graph)
     monitored.say(2.0)
-    monitored.say(0.6, date=State.ALARM)
+    monitored.say(0.6, coast=State.ALARM)
     monitored.say(5.0)
     monitored.until_alert(True)
     assert values_of(monitored.verdict.messages[-1])["alert"] == "true"
@@ -134,7 +134,7 @@ def test_the_alert_stays_when_the_alarm_is_over_and_a_reset_takes_it_back(graph:
     assert values_of(monitored.verdict.messages[-1])["alert"] == "false"
     assert monitored.states()[-1] == "normal"
 
-    monitored.say(0.4, date=State.ALARM)
+    monitored.say(0.4, coast=State.ALARM)
     monitored.until_alert(True)
     assert runs(monitored.alert) == [False, True, False, True]
     assert monitored.node.interrupt() == 0
@@ -150,7 +150,7 @@ def test_confidence_lies_between_0_and_1_and_each_verdict_has_one(graph: Graph) 
     told = [one.data for one in monitored.confidence.messages]
     assert told == [float(values_of(one)["confidence"]) for one in monitored.verdict.messages]
     assert all(0.0 <= one <= 1.0 for one in told)
-    assert told[-1] == 1.0
+    assert told[-1] > 0.99
     assert min(told) < 0.2
 
 
@@ -183,16 +183,17 @@ def test_one_log_line_for_each_change(graph: Graph) -> None:
     monitored.say(2.0)
     unseen = dict.fromkeys(DETECTORS, State.NOT_OBSERVABLE)
     monitored.say(2.0, **unseen)
-    monitored.say(2.0, **{**unseen, "date": State.ALARM})
+    monitored.say(2.0, **{**unseen, "coast": State.ALARM})
     monitored.settle()
     wanted = [state for state, _ in itertools.groupby(monitored.states())]
-    assert wanted == ["not_ready", "normal", "suspicious", "normal", "not_observable", "alarm"]
+    usual = ["not_ready", "normal", "suspicious", "normal", "not_observable"]
+    assert wanted == [*usual, "suspicious", "alarm"]
     assert monitored.node.interrupt() == 0
     lines = [line for line in monitored.node.output.splitlines() if "[fusion]" in line]
     assert len(lines) == len(wanted)
     assert all(f": {state} at" in line for line, state in zip(lines[:-1], wanted, strict=False))
     assert "[ERROR]" in lines[-1]
-    assert "HIJACK ALERT at 1700000008.200 s: date alarm margin 2.00 (date says so)" in lines[-1]
+    assert "HIJACK ALERT at 1700000008.400 s: coast alarm margin 2.00 (coast says so)" in lines[-1]
 
 
 @pytest.mark.parametrize("silent", DETECTORS)

@@ -28,6 +28,11 @@ FLOATS = {
     "gps_angle": ("min_speed", -1.0, "[0.0, 50.0] m/s"),
     "correlation_detector": ("mu_deg", 200.0, "[0.1, 180.0] deg"),
     "date_detector": ("threshold", 0.0, "[0.05, 50.0] m/s²"),
+    "coast_detector": ("longest_s", 37.0, "[1.0, 36.0] s"),
+    "gnss_sanity": ("jump_alarm_m", 0.0, "[0.5, 10000.0] m"),
+    "altitude_detector": ("baro_step_m", 0.0, "[0.1, 100.0] m"),
+    "heading_detector": ("course_deg", 181.0, "[1.0, 180.0] deg"),
+    "drag_detector": ("least_limit", 51.0, "[0.5, 50.0] m/s"),
     "fusion": ("stale_s", 601.0, "[0.1, 600.0] s"),
 }
 FIXED = ("attitude_estimator", "fusion")
@@ -110,7 +115,8 @@ def test_the_parameter_files_are_accepted_and_every_parameter_is_described(
             assert meta["doc"] in described.description
             assert described.description.endswith(f"[{meta['unit']}]" if meta["unit"] else ".")
             assert described.read_only == (node in FIXED)
-            ranges = [(one.from_value, one.to_value) for one in described.floating_point_range]
+            told = (*described.floating_point_range, *described.integer_range)
+            ranges = [(one.from_value, one.to_value) for one in told]
             assert ranges == ([] if meta["low"] is None else [(meta["low"], meta["high"])])
             assert all(choice in described.additional_constraints for choice in meta["choices"])
     for process in started.values():
@@ -214,6 +220,57 @@ TOPICS = {
         "kld/divergence",
         "kld/code",
         "~/reset",
+    ),
+    "coast_detector": (
+        "imu/data_raw",
+        "gps/fix",
+        "gps/vel",
+        "mag",
+        "coast/verdict",
+        "coast/hijacked",
+        "coast/score",
+        "coast/acceleration",
+        "coast/direction",
+        "coast/smallest_visible",
+    ),
+    "gnss_sanity": (
+        "gps/fix",
+        "gps/vel",
+        "gps/satellites",
+        "gnss/verdict",
+        "gnss/hijacked",
+        "gnss/jump",
+        "gnss/freeze",
+        "gnss/velocity_mismatch",
+        "gnss/velocity_mismatch_limit",
+        "/diagnostics",
+    ),
+    "altitude_detector": (
+        "imu/data",
+        "pressure",
+        "gps/vel",
+        "gps/fix",
+        "altitude/verdict",
+        "altitude/hijacked",
+        "altitude/difference",
+    ),
+    "heading_detector": (
+        "imu/data_raw",
+        "mag",
+        "gps/fix",
+        "gps/vel",
+        "imu/data",
+        "heading/verdict",
+        "heading/hijacked",
+        "heading/difference",
+    ),
+    "drag_detector": (
+        "imu/data",
+        "gps/fix",
+        "gps/vel",
+        "drag/verdict",
+        "drag/hijacked",
+        "drag/wind_change",
     ),
     "fusion": (
         "DETECTOR/verdict",

@@ -7,10 +7,21 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
+from hijack_detect.detectors.altitude import AltitudeDetector
+from hijack_detect.detectors.altitude_parameters import AltitudeParameters
+from hijack_detect.detectors.coast import CoastDetector
+from hijack_detect.detectors.coast_parameters import CoastParameters
 from hijack_detect.detectors.correlation import CorrelationDetector
 from hijack_detect.detectors.correlation_parameters import CorrelationParameters
 from hijack_detect.detectors.date import DateDetector, DateParameters
-from hijack_detect.detectors.fusion import Fusion, FusionParameters
+from hijack_detect.detectors.drag import DragDetector
+from hijack_detect.detectors.drag_parameters import DragParameters
+from hijack_detect.detectors.fusion import Fusion
+from hijack_detect.detectors.fusion_parameters import FusionParameters
+from hijack_detect.detectors.gnss_sanity import GnssSanityDetector
+from hijack_detect.detectors.gnss_sanity_parameters import GnssSanityParameters
+from hijack_detect.detectors.heading import HeadingDetector
+from hijack_detect.detectors.heading_parameters import HeadingParameters
 from hijack_detect.detectors.kld import KldDetector
 from hijack_detect.detectors.kld_parameters import KldParameters
 from hijack_detect.estimation.attitude import AttitudeEstimator
@@ -18,7 +29,7 @@ from hijack_detect.estimation.attitude_parameters import AttitudeParameters
 from hijack_detect.estimation.course import CourseEstimator, CourseParameters
 from hijack_detect.evaluation.monitor.stage import Component, Stage
 
-DETECTORS = ("correlation", "date", "kld")
+DETECTORS = ("correlation", "date", "kld", "coast", "gnss", "altitude", "heading", "drag")
 
 
 @dataclass(frozen=True)
@@ -30,6 +41,11 @@ class MonitorParameters:
     correlation: CorrelationParameters = field(default_factory=CorrelationParameters)
     date: DateParameters = field(default_factory=DateParameters)
     kld: KldParameters = field(default_factory=KldParameters)
+    coast: CoastParameters = field(default_factory=CoastParameters)
+    gnss: GnssSanityParameters = field(default_factory=GnssSanityParameters)
+    altitude: AltitudeParameters = field(default_factory=AltitudeParameters)
+    heading: HeadingParameters = field(default_factory=HeadingParameters)
+    drag: DragParameters = field(default_factory=DragParameters)
     fusion: FusionParameters = field(default_factory=FusionParameters)
 
 
@@ -40,9 +56,9 @@ Baselines: TypeAlias = Mapping[str, Callable[[], Component]]
 class Monitor:
     """Feeds samples through attitude, course, detectors and fusion.
 
-    Inputs are `imu`, `fix`, `velocity`, `satellites` and `mag`; what each part puts out goes to
-    the parts that have an input of that name. Everything that was put out by one `push` is
-    returned.
+    Inputs are `imu`, `fix`, `velocity`, `satellites`, `mag` and `pressure`; what each part puts
+    out goes to the parts that have an input of that name. Everything that was put out by one
+    `push` is returned.
 
     Attributes:
         detectors: Names of the parts that give verdicts.
@@ -63,6 +79,11 @@ class Monitor:
             "correlation": Stage(lambda: CorrelationDetector(p.correlation)),
             "date": Stage(lambda: DateDetector(p.date)),
             "kld": Stage(lambda: KldDetector(p.kld)),
+            "coast": Stage(lambda: CoastDetector(p.coast)),
+            "gnss": Stage(lambda: GnssSanityDetector(p.gnss)),
+            "altitude": Stage(lambda: AltitudeDetector(p.altitude)),
+            "heading": Stage(lambda: HeadingDetector(p.heading)),
+            "drag": Stage(lambda: DragDetector(p.drag)),
             "fusion": Stage(lambda: Fusion(p.fusion, DETECTORS)),
             **{name: Stage(make) for name, make in (baselines or {}).items()},
         }

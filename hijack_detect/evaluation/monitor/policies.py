@@ -20,6 +20,11 @@ NODE_FIELDS = {
     "correlation_detector": "correlation",
     "date_detector": "date",
     "kld_detector": "kld",
+    "coast_detector": "coast",
+    "gnss_sanity": "gnss",
+    "altitude_detector": "altitude",
+    "heading_detector": "heading",
+    "drag_detector": "drag",
     "fusion": "fusion",
 }
 """Node name to field of `MonitorParameters`."""
@@ -42,7 +47,13 @@ POLICIES: Mapping[str, Mapping[str, Mapping[str, Any]]] = {
             "follow_s": 0.0,
             "max_heading_sigma_deg": 180.0,
         },
-        "date_detector": {"gps_lag_s": 0.0, "persist_s": 0.0, "max_tilt_deg": 180.0},
+        "date_detector": {
+            "gps_lag_s": 0.0,
+            "persist_s": 0.0,
+            "max_tilt_deg": 180.0,
+            "noise_gain": 0.0,
+            "max_force": 1000.0,
+        },
         "kld_detector": {
             "mode": "faithful",
             "quorum": 2,

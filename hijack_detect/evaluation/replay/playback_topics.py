@@ -13,7 +13,7 @@ TRUTH_TOPIC = "spoof_active"
 TRUTH_TYPE = "std_msgs/msg/Bool"
 _ANSWERS = re.compile(
     r"(.*/)?(hijack_alert|hijack_confidence|spoof_active|verdict|hijacked)"
-    r"|(correlation|date|kld|coast|drag|gnss|altitude)/.*"
+    r"|(correlation|date|kld|coast|drag|gnss|altitude|heading)/.*"
     r"|imu/data|yaw|gps_angle|gps/course"
 )
 """What the nodes of this package say, by the relative name."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from hijack_detect.evaluation.scores.evaluate import Evaluation
@@ -9,6 +10,8 @@ from hijack_detect.evaluation.scores.methods import MethodOutcome
 from hijack_detect.evaluation.scores.metrics import MethodSummary, Proportion, Rate, Spread
 
 NONE = "–"
+MAX_COLUMNS = 6
+"""Classes that fit side by side."""
 
 DEFINITIONS = {
     "Correct": "A clean flight is correct for a method that never alarms on it. A hijacked flight "
@@ -42,7 +45,12 @@ EXPLAINED = {
     "correlation": "gyroscope yaw against GPS course (Feng 2018, §4)",
     "date": "acceleration from GPS against the accelerometer (DATE'17)",
     "kld": "Kullback-Leibler statistics of the GPS (Basan 2022)",
-    "kld_faithful": "the same as published",
+    "coast": "an acceleration of the GPS, since any onset, that the IMU did not feel",
+    "gnss": "the GPS against itself: jumps, freezes, impossible motion, stamps",
+    "altitude": "GPS height against the barometer and the vertical specific force",
+    "heading": "headings of gyroscope, compass and GPS against each other",
+    "drag": "the wind that the GPS velocity needs, by the drag of the vehicle",
+    "kld_faithful": "KLD as published",
     "both": "correlation and date have both alarmed (Feng 2018, §5)",
     "fusion": "the monitor's alert",
 }
@@ -59,13 +67,20 @@ class TextTable:
 
 
 def correct_table(evaluation: Evaluation) -> TextTable:
-    """Correct flights by method and class."""
+    """Correct flights by method and class; many classes have a row each."""
     kinds = tuple(dict.fromkeys(flight.kind for flight in evaluation.flights))
+    title = "Correct flights [95 % interval]"
+    if len(kinds) > MAX_COLUMNS:
+        methods = evaluation.methods
+        by_kind = [
+            (kind, *(proportion(one.correct[kind]) for one in methods.values())) for kind in kinds
+        ]
+        return TextTable(title, ("class", *methods), tuple(by_kind))
     rows = [
         (name, *(proportion(summary.correct[kind]) for kind in kinds))
         for name, summary in evaluation.methods.items()
     ]
-    return TextTable("Correct flights [95 % interval]", ("method", *kinds), tuple(rows))
+    return TextTable(title, ("method", *kinds), tuple(rows))
 
 
 def error_table(evaluation: Evaluation) -> TextTable:
@@ -88,6 +103,29 @@ def detection_table(evaluation: Evaluation) -> TextTable:
         for name, summary in evaluation.methods.items()
     ]
     return TextTable("Detection: median / 95th percentile / maximum", columns, tuple(rows))
+
+
+def class_table(evaluation: Evaluation) -> TextTable | None:
+    """How soon each method detects the attacks of each class, None unless there are several."""
+    attacked = [flight for flight in evaluation.flights if flight.onset_s is not None]
+    kinds = tuple(dict.fromkeys(flight.kind for flight in attacked))
+    if len(kinds) < 2:
+        return None
+    rows = [
+        (
+            kind,
+            *(
+                _first_alarms([one.methods[name] for one in attacked if one.kind == kind])
+                for name in evaluation.methods
+            ),
+        )
+        for kind in kinds
+    ]
+    return TextTable(
+        "Time to detect and deviation at alarm by class: median (95th percentile)",
+        ("class", *evaluation.methods),
+        tuple(rows),
+    )
 
 
 def flight_table(evaluation: Evaluation) -> TextTable:
@@ -133,6 +171,16 @@ def outcome_text(outcome: MethodOutcome) -> str:
     if outcome.time_to_detect_s is not None:
         return f"{told} +{outcome.time_to_detect_s:.1f} s"
     return told if outcome.first_alarm_s is None else f"{told} at {outcome.first_alarm_s:.1f} s"
+
+
+def _first_alarms(outcomes: Sequence[MethodOutcome]) -> str:
+    """Seconds and below them metres of the detections: median, and 95th percentile in brackets."""
+    times = Spread.of([o.time_to_detect_s for o in outcomes if o.time_to_detect_s is not None])
+    metres = Spread.of([o.deviation_m for o in outcomes if o.deviation_m is not None])
+    if times is None:
+        return NONE
+    text = f"{times.median:.1f} ({times.p95:.1f}) s"
+    return text if metres is None else f"{text}\n{metres.median:.1f} ({metres.p95:.1f}) m"
 
 
 def _errors(summary: MethodSummary) -> tuple[str, ...]:

@@ -17,7 +17,8 @@ from functools import partial
 import numpy as np
 import numpy.typing as npt
 
-from hijack_detect.detectors.fusion import Fusion, FusionParameters, FusionResult
+from hijack_detect.detectors.fusion import Fusion, FusionResult
+from hijack_detect.detectors.fusion_parameters import FusionParameters
 from hijack_detect.detectors.ins_position import InsPosition, InsPositionParameters
 from hijack_detect.detectors.kld import KldDetector
 from hijack_detect.detectors.verdict import State, Verdict

@@ -40,7 +40,8 @@ QUIET = (
     "--disable-sync",
 )
 PLOTS = ("track", "states", "margins", "deviation", "angles", "rho", "difference", "acceleration",
-         "speed", "interval", "satellites")  # fmt: skip
+         "coast", "checks", "altitude", "heading", "drag", "speed", "interval",
+         "satellites")  # fmt: skip
 
 
 def report(bag: Path, folder: Path, scenario: Scenario | None = None) -> tuple[Path, Analysed]:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from hijack_detect.detectors.fusion import FusionParameters, FusionResult
+from hijack_detect.detectors.fusion import FusionResult
+from hijack_detect.detectors.fusion_parameters import FusionParameters
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.evaluation.ground_truth.outcome import Attack
 from hijack_detect.evaluation.monitor.graph import DETECTORS
@@ -27,6 +28,7 @@ from hijack_detect.streams.samples import NANOSECONDS
 N, S, A = State.NORMAL, State.SUSPICIOUS, State.ALARM
 J = Judgement
 START_NS = 5 * NANOSECONDS
+REST = [name for name in DETECTORS if name not in PAIR]
 
 
 def verdicts(name: str, *said: tuple[State, float]) -> list[Verdict]:
@@ -165,8 +167,7 @@ def test_the_confidence_of_the_fusion_counts_up_to_the_alert() -> None:
 
 def test_methods_are_in_order_and_later_detectors_are_among_them() -> None:
     run = case_run(later=quiet("later"), **{name: quiet(name) for name in BASELINES})
-    names = ["ins_position", "correlation", "date", "both", "kld", "later", "fusion"]
-    assert list(judge_case(run)) == names
+    assert list(judge_case(run)) == [*BASELINES, *PAIR, "both", *REST, "later", "fusion"]
 
 
 def test_a_simulated_flight_gives_the_same_outcome_each_time() -> None:
@@ -174,7 +175,7 @@ def test_a_simulated_flight_gives_the_same_outcome_each_time() -> None:
     first, again = (run_case(policy_parameters("paper"), case) for _ in range(2))
     assert first == again
     assert (first.kind, first.duration_s, first.clean_s) == ("straight", 60.0, 60.0)
-    assert list(first.methods) == [*BASELINES, *PAIR, "both", "kld", "fusion"]
+    assert list(first.methods) == [*BASELINES, *PAIR, "both", *REST, "fusion"]
 
 
 def test_what_is_seen_of_an_attack_after_false_alarms() -> None:
@@ -184,7 +185,7 @@ def test_what_is_seen_of_an_attack_after_false_alarms() -> None:
     correlation = verdicts("correlation", *[(A, 2.0), *[(N, 0.1)] * 4, (A, 1.5)])
     run = case_run((4, 9), [result(1, 1, 1.0)], correlation=correlation, date=date)
     found = judge_case(run, FusionParameters(policy="default"))
-    assert found.pop("kld").judgement is J.MISSED
+    assert {found.pop(name).judgement for name in REST} == {J.MISSED}
     assert {name: one.judgement for name, one in found.items()} == dict.fromkeys(found, J.EARLY)
     # An alarm that begins at the onset is of the attack: it was not on before.
     assert found["date"].found_s == 0.0

@@ -1,23 +1,15 @@
-"""The figures of the detectors: the quantities that they compare, and their margins."""
+"""The figures of correlation, DATE and KLD, and the margins of all detectors."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping, Sequence
-from itertools import cycle
-
 import numpy as np
-import plotly.graph_objects as go
 
 from hijack_detect.detectors.kld_parameters import NAMES
-from hijack_detect.detectors.verdict import Verdict
-from hijack_detect.evaluation.analysis.alarms import JUDGED
 from hijack_detect.evaluation.analysis.analyse import Analysed
 from hijack_detect.evaluation.analysis.report.recording import Curve, Recording
 from hijack_detect.evaluation.analysis.report.series import cut_at, emptiest_direction
 from hijack_detect.evaluation.analysis.report.style import (
     BLUE,
-    DETECTOR_COLOURS,
     GREY,
     INK,
     ORANGE,
@@ -27,20 +19,20 @@ from hijack_detect.evaluation.analysis.report.style import (
     add_limit,
     over_time,
 )
-
-MOST_LINEAR = 4.0
-"""Larger margins are drawn on a logarithmic axis, so that 1 stays visible."""
-LOWEST = 0.01
-"""Where a logarithmic axis begins."""
+from hijack_detect.evaluation.analysis.report.verdict_curves import (
+    against_thresholds,
+    value_curve,
+    verdict_curve,
+)
 
 
 def margins_panel(done: Analysed) -> Panel:
     """Score over threshold of every detector."""
     curves = {
-        name: _curve(done, verdicts, lambda verdict: verdict.margin)
+        name: verdict_curve(done, verdicts, lambda verdict: verdict.margin)
         for name, verdicts in done.run.verdicts.items()
     }
-    figure, logarithmic = _against_thresholds(done, curves, 270)
+    figure, logarithmic = against_thresholds(done, curves, 270)
     title = "Margins: score over threshold" + logarithmic
     note = "Above 1 a detector calls the GPS spoofed. Gaps are times in which it cannot tell."
     return Panel("margins", title, note, figure)
@@ -52,35 +44,15 @@ def statistics_panel(done: Analysed) -> Panel:
     curves = {}
     for name in NAMES:
         forward, backward = (
-            _value(done, "kld", f"{name}.{way}") for way in ("forward", "backward")
+            value_curve(done, "kld", f"{name}.{way}") for way in ("forward", "backward")
         )
         total = (forward.value + backward.value) / kld.threshold(name)
         curves[name] = Curve(forward.time_s, total)
-    figure, logarithmic = _against_thresholds(done, curves, 240)
+    figure, logarithmic = against_thresholds(done, curves, 240)
     title = "GPS statistics: Kullback–Leibler divergence over threshold" + logarithmic
     needed = "One parameter above 1 is" if kld.quorum == 1 else f"{kld.quorum} above 1 at once are"
     note = f"Has a parameter of the GPS changed its statistics? {needed} an alarm, which is kept."
     return Panel("statistics", title, note, figure)
-
-
-def _against_thresholds(
-    done: Analysed, curves: Mapping[str, Curve], height: int
-) -> tuple[go.Figure, str]:
-    """Curves of which 1 is the limit, and what to add to the title if the axis is logarithmic."""
-    highest = max(float(np.nanmax(curve.value, initial=0.0)) for curve in curves.values())
-    figure = over_time(done.analysis.duration_s, height)
-    logarithmic = highest > MOST_LINEAR
-    if logarithmic:
-        most = math.log10(1.3 * highest)
-        figure.update_yaxes(type="log", dtick=1, range=[math.log10(LOWEST), most])
-    else:
-        figure.update_yaxes(range=[0.0, max(1.5, 1.1 * highest)])
-    for colour, (name, curve) in zip(cycle(DETECTOR_COLOURS), curves.items(), strict=False):
-        low = LOWEST if logarithmic else 0.0
-        shown = Curve(curve.time_s, np.maximum(curve.value, low))
-        add_curve(figure, shown, name, colour, "")
-    add_limit(figure, 1.0, "threshold")
-    return figure, ", logarithmic" if logarithmic else ""
 
 
 def angles_panel(done: Analysed, recorded: Recording) -> Panel:
@@ -102,7 +74,7 @@ def angles_panel(done: Analysed, recorded: Recording) -> Panel:
 def rho_panel(done: Analysed) -> Panel:
     """Correlation of yaw and course."""
     figure = over_time(done.analysis.duration_s, 220)
-    curve = _value(done, "correlation", "coefficient")
+    curve = value_curve(done, "correlation", "coefficient")
     add_curve(figure, curve, "ρ", BLUE, "")
     add_limit(figure, done.parameters.correlation.epsilon, "ε: turn together above", below=True)
     figure.update_yaxes(range=[-1.08, 1.08], tickvals=[-1, -0.5, 0, 0.5, 1])
@@ -114,7 +86,9 @@ def rho_panel(done: Analysed) -> Panel:
 def difference_panel(done: Analysed) -> Panel:
     """Difference of the mean directions, with and without the crab angle."""
     figure = over_time(done.analysis.duration_s)
-    mean, crab = (_value(done, "correlation", key) for key in ("mean_difference", "crab_angle"))
+    mean, crab = (
+        value_curve(done, "correlation", key) for key in ("mean_difference", "crab_angle")
+    )
     raw = Curve(mean.time_s, np.degrees(mean.value))
     judged = Curve(mean.time_s, (np.degrees(mean.value - crab.value) + 180.0) % 360.0 - 180.0)
     add_curve(figure, raw, "course − yaw", GREY, "°", width=1.2)
@@ -132,7 +106,7 @@ def difference_panel(done: Analysed) -> Panel:
 def acceleration_panel(done: Analysed) -> Panel:
     """Difference of acceleration, GPS minus accelerometer."""
     figure = over_time(done.analysis.duration_s)
-    ax, ay = (_value(done, "date", key) for key in ("delta_ax", "delta_ay"))
+    ax, ay = (value_curve(done, "date", key) for key in ("delta_ax", "delta_ay"))
     add_curve(figure, ax, "Δax (forward)", ORANGE, " m/s²", width=1.1)
     add_curve(figure, ay, "Δay (left)", TEAL, " m/s²", width=1.1)
     size = Curve(ax.time_s, np.hypot(ax.value, ay.value))
@@ -141,19 +115,3 @@ def acceleration_panel(done: Analysed) -> Panel:
     add_limit(figure, threshold, f"threshold {threshold:g} m/s²")
     note = "Does the acceleration of the GPS agree with what the accelerometer feels?"
     return Panel("acceleration", "Δa: GPS minus accelerometer (m/s²)", note, figure)
-
-
-def _value(done: Analysed, detector: str, key: str) -> Curve:
-    """A figure of a detector's verdicts over time."""
-    verdicts = done.run.verdicts.get(detector, [])
-    return _curve(done, verdicts, lambda verdict: verdict.values.get(key, math.nan))
-
-
-def _curve(done: Analysed, verdicts: Sequence[Verdict], value: Callable[[Verdict], float]) -> Curve:
-    """A number of each verdict over time, NaN where the detector could not tell."""
-    return Curve(
-        np.array([done.seconds(verdict.stamp_ns) for verdict in verdicts]),
-        np.array(
-            [value(one) if one.state in JUDGED else math.nan for one in verdicts], dtype=float
-        ),
-    )

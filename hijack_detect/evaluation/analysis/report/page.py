@@ -13,6 +13,13 @@ from hijack_detect.detectors.verdict import State
 from hijack_detect.evaluation.analysis.analyse import Analysed
 from hijack_detect.evaluation.analysis.analysis import Outcome
 from hijack_detect.evaluation.analysis.report import tables
+from hijack_detect.evaluation.analysis.report.consistency import (
+    altitude_panel,
+    checks_panel,
+    coast_panel,
+    drag_panel,
+    heading_panel,
+)
 from hijack_detect.evaluation.analysis.report.events import events
 from hijack_detect.evaluation.analysis.report.flight import (
     WORDS,
@@ -68,6 +75,11 @@ DETECTORS_OF = {
     "difference": ("correlation",),
     "acceleration": ("date",),
     "statistics": ("kld",),
+    "coast": ("coast",),
+    "checks": ("gnss",),
+    "altitude": ("altitude",),
+    "heading": ("heading",),
+    "drag": ("drag",),
 }
 """Whose alarms are shaded in which figure."""
 
@@ -124,6 +136,11 @@ def _panels(done: Analysed, recorded: Recording) -> Iterator[Panel | None]:
     yield difference_panel(done)
     yield acceleration_panel(done)
     yield statistics_panel(done)
+    yield coast_panel(done)
+    yield checks_panel(done)
+    yield altitude_panel(done)
+    yield heading_panel(done)
+    yield drag_panel(done)
     yield from quality_panels(done, recorded)
 
 

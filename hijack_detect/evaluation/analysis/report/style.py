@@ -26,7 +26,8 @@ ATTACK, ALERT = "#7c3aed", "#d7263d"
 ATTACK_BAND, ALARM_BAND = "rgba(124,58,237,0.09)", "rgba(215,38,61,0.16)"
 BLUE, ORANGE, TEAL, GREY, INK = "#2563eb", "#e0700a", "#0d9488", "#9aa4b2", "#1f2933"
 GRID, LINE = "#e6eaef", "#c3c9d1"
-DETECTOR_COLOURS = (BLUE, ORANGE, TEAL, "#9333ea", "#65a30d", "#be185d")
+PURPLE, GREEN, PINK, GOLD, BROWN = "#9333ea", "#65a30d", "#be185d", "#ca8a04", "#7c4a2d"
+DETECTOR_COLOURS = (BLUE, ORANGE, TEAL, PURPLE, GREEN, PINK, GOLD, BROWN)
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', sans-serif"
 LEFT_PX = 82
 """Left margin of every figure over time, so that their axes lie under each other."""

@@ -1,0 +1,146 @@
+"""The policies of the fusion: when do the detectors' verdicts become an alert?"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+from hijack_detect.detectors.fusion_parameters import FusionParameters
+from hijack_detect.detectors.likelihood import (
+    JUDGED,
+    RATIOS,
+    LikelihoodRatio,
+    RecentPeak,
+    odds,
+    probability,
+)
+from hijack_detect.detectors.verdict import State, Verdict
+from hijack_detect.streams.samples import NANOSECONDS
+
+PUBLISHED = ("correlation", "date")
+"""The detectors that policy `paper` asks: those of Feng 2018."""
+UNKNOWN = LikelihoodRatio(3.0, 0.7, -0.2, 3.0)
+"""Of a detector that nobody has calibrated: it can support an alert, and never give one."""
+
+
+class Decision(Protocol):
+    """One policy; it hears the verdicts in order of stamp."""
+
+    def update(self, verdict: Verdict) -> Sequence[Verdict]:
+        """Take a verdict; return those that an alert rests on, empty if there is none."""
+        ...
+
+    def confidence(self, stamp_ns: int) -> float:
+        """Confidence that the GPS is spoofed, 0 to 1."""
+        ...
+
+
+class _Odds:
+    """Confidence of the policies that are not calibrated: 0.5 for one margin at its threshold."""
+
+    def __init__(self) -> None:
+        self._margins: dict[str, float] = {}
+
+    def hear(self, verdict: Verdict) -> None:
+        self._margins[verdict.detector] = verdict.margin
+
+    def confidence(self, stamp_ns: int) -> float:
+        """See Decision."""
+        doubt = 1.0
+        for margin in self._margins.values():
+            doubt *= 1.0 / (1.0 + margin**2)
+        return 1.0 - doubt
+
+
+class AnyAlarm(_Odds):
+    """An alert when any detector alarms."""
+
+    def update(self, verdict: Verdict) -> Sequence[Verdict]:
+        """See Decision."""
+        self.hear(verdict)
+        return (verdict,) if verdict.state is State.ALARM else ()
+
+
+class AllClaims(_Odds):
+    """An alert when every voter has claimed a hijack at some time of the flight (Feng 2018, §5)."""
+
+    def __init__(self, voters: Sequence[str]) -> None:
+        """Ask these."""
+        super().__init__()
+        self._voters = voters
+        self._claims: dict[str, Verdict] = {}
+
+    def update(self, verdict: Verdict) -> Sequence[Verdict]:
+        """See Decision."""
+        if verdict.detector not in self._voters:
+            return ()
+        self.hear(verdict)
+        if verdict.state is State.ALARM:
+            self._claims[verdict.detector] = verdict
+        claims = list(self._claims.values())
+        return claims if len(claims) == len(self._voters) else ()
+
+
+class Calibrated:
+    """An alert when the odds of all likelihood ratios together are high enough.
+
+    ln odds = ln prior odds + Σ ratios, each of the largest margin of the last `together_s`. A
+    detector that cannot tell says nothing. An alert also needs an ALARM within that time, and has
+    to last for `debounce_s`.
+    """
+
+    def __init__(self, parameters: FusionParameters) -> None:
+        """Start without evidence."""
+        self._parameters = p = parameters
+        self._kept_ns = round(p.together_s * NANOSECONDS)
+        self._debounce_ns = round(p.debounce_s * NANOSECONDS)
+        self._prior = odds(p.prior)
+        self._peaks: dict[str, RecentPeak] = {}
+        self._alarmed_ns: int | None = None
+        self._since_ns: int | None = None
+
+    def update(self, verdict: Verdict) -> Sequence[Verdict]:
+        """See Decision."""
+        if verdict.state in JUDGED:
+            peak = self._peaks.setdefault(verdict.detector, RecentPeak(self._kept_ns))
+            peak.add(verdict)
+        evidence = self._evidence(verdict.stamp_ns)
+        if verdict.state is State.ALARM:
+            self._alarmed_ns = verdict.stamp_ns
+        alarmed = self._alarmed_ns
+        recent = alarmed is not None and verdict.stamp_ns - alarmed <= self._kept_ns
+        certain = self._probability(evidence) >= self._parameters.alarm_probability
+        if not (certain and recent):
+            self._since_ns = None
+            return ()
+        if self._since_ns is None:
+            self._since_ns = verdict.stamp_ns
+        if verdict.stamp_ns - self._since_ns < self._debounce_ns:
+            return ()
+        return [one for one, nats in evidence if nats > 0.0]
+
+    def confidence(self, stamp_ns: int) -> float:
+        """See Decision: the probability."""
+        return self._probability(self._evidence(stamp_ns))
+
+    def _evidence(self, stamp_ns: int) -> list[tuple[Verdict, float]]:
+        """The largest verdict of each detector and what it says in nats, the strongest first."""
+        found = [(peak.at(stamp_ns), name) for name, peak in self._peaks.items()]
+        said = [
+            (verdict, RATIOS.get(name, UNKNOWN)(verdict.margin))
+            for verdict, name in found
+            if verdict is not None
+        ]
+        return sorted(said, key=lambda one: -one[1])
+
+    def _probability(self, evidence: Sequence[tuple[Verdict, float]]) -> float:
+        return probability(self._prior + sum(nats for _, nats in evidence))
+
+
+def decision(parameters: FusionParameters) -> Decision:
+    """The policy that the parameters name."""
+    if parameters.policy == "paper":
+        return AllClaims(PUBLISHED)
+    if parameters.policy == "any":
+        return AnyAlarm()
+    return Calibrated(parameters)

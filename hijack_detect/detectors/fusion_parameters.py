@@ -1,0 +1,72 @@
+"""Parameters of the fusion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from hijack_detect.parameters import Parameters, param
+
+
+@dataclass(frozen=True)
+class FusionParameters(Parameters):
+    """Parameters of the fusion."""
+
+    policy: str = param(
+        "default",
+        "`paper`: alert when correlation and DATE have both claimed a hijack (§5: 'when the "
+        "results of all the methods are hijacked'); claims are kept for the flight. Use it with "
+        "the faithful detectors. `any`: alert when any detector alarms. `default`: alert when the "
+        "likelihood ratios of all detectors together make an attack probable enough.",
+        choices=("paper", "any", "default"),
+    )
+    prior: float = param(
+        0.1,
+        "Policy `default`: probability of an attack before anything is heard. Only the ratio of "
+        "this to `alarm_probability` decides.",
+        low=1e-6,
+        high=0.5,
+    )
+    alarm_probability: float = param(
+        0.65,
+        "Policy `default`: ALARM from this probability on, if a detector alarms. Lower it where a "
+        "missed attack costs more than a false alarm.",
+        low=0.5,
+        high=0.9999,
+    )
+    warn_probability: float = param(
+        0.3,
+        "Policy `default`: SUSPICIOUS from this probability on, until it is below half of it.",
+        low=0.01,
+        high=0.9999,
+    )
+    together_s: float = param(
+        5.0,
+        "Policy `default`: margins this close together count as one event; a margin speaks for "
+        "this long.",
+        unit="s",
+        low=0.0,
+        high=600.0,
+    )
+    debounce_s: float = param(
+        0.2,
+        "Policy `default`: the probability must be high for this long.",
+        unit="s",
+        low=0.0,
+        high=60.0,
+    )
+    patience_s: float = param(
+        5.0,
+        "How long to wait for a detector that has gone silent, on the stamps of the others: an "
+        "alert comes this much later when a detector has just died. For replays faster than real "
+        "time far larger.",
+        unit="s",
+        low=1.0,
+        high=3600.0,
+    )
+    stale_s: float = param(
+        3.0,
+        "A detector whose newest verdict is this much older than the newest of all is STALE.",
+        unit="s",
+        low=0.1,
+        high=600.0,
+    )

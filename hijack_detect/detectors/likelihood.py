@@ -1,0 +1,87 @@
+"""From the margin of a detector to a likelihood ratio: attacked against clean."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from hijack_detect.detectors.verdict import State, Verdict
+
+JUDGED = frozenset({State.NORMAL, State.SUSPICIOUS, State.ALARM})
+"""States in which a detector says something of the GPS. In all others its ratio is 1."""
+SMALLEST_MARGIN = 0.01
+
+
+@dataclass(frozen=True)
+class LikelihoodRatio:
+    """ln p(margin | attacked) / p(margin | clean), a logistic law of the margin's logarithm.
+
+    Attributes:
+        slope: Nats for each factor e of the margin.
+        neutral: Margin that says nothing.
+        low: The least that it can say, nats: how much a quiet detector speaks for the GPS.
+        high: The most that it can say, nats: how rare such a margin can be claimed to be from
+            the clean flights that there are.
+    """
+
+    slope: float
+    neutral: float
+    low: float
+    high: float
+
+    def __call__(self, margin: float) -> float:
+        """Nats for a margin."""
+        nats = self.slope * math.log(max(margin, SMALLEST_MARGIN) / self.neutral)
+        return min(max(nats, self.low), self.high)
+
+
+RATIOS: Mapping[str, LikelihoodRatio] = {
+    "correlation": LikelihoodRatio(1.82, 0.49, -0.05, 1.3),
+    "date": LikelihoodRatio(13.61, 0.66, -0.1, 5.6),
+    "kld": LikelihoodRatio(5.8, 0.42, -0.1, 4.97),
+    "coast": LikelihoodRatio(17.53, 0.74, -0.1, 5.23),
+    "gnss": LikelihoodRatio(10.6, 0.59, -0.1, 5.66),
+    "altitude": LikelihoodRatio(21.59, 0.79, -0.1, 5.2),
+    "heading": LikelihoodRatio(0.0, 0.28, 0.0, 0.0),
+    "drag": LikelihoodRatio(6.91, 0.68, -0.1, 2.7),
+}
+"""By detector. Fitted on half of the flights by benchmarks/fusion_calibration.py, which see."""
+
+
+class RecentPeak:
+    """The verdict with the largest margin of the last seconds, in O(1) a verdict.
+
+    Attacks pass: an acceleration ends, a jump is over with the next fix.
+    """
+
+    def __init__(self, kept_ns: int) -> None:
+        """Keep verdicts for this long."""
+        self._kept_ns = kept_ns
+        self._falling: deque[Verdict] = deque()
+
+    def add(self, verdict: Verdict) -> None:
+        """Take a verdict that says something of the GPS."""
+        while self._falling and self._falling[-1].margin <= verdict.margin:
+            self._falling.pop()
+        self._falling.append(verdict)
+
+    def at(self, stamp_ns: int) -> Verdict | None:
+        """The largest at a stamp; None if nothing was said within the time."""
+        while self._falling and stamp_ns - self._falling[0].stamp_ns > self._kept_ns:
+            self._falling.popleft()
+        return self._falling[0] if self._falling else None
+
+
+def odds(probability: float) -> float:
+    """Logarithm of the odds of a probability, nats."""
+    return math.log(probability / (1.0 - probability))
+
+
+def probability(log_odds: float) -> float:
+    """Probability of a logarithm of odds."""
+    if log_odds >= 0.0:
+        return 1.0 / (1.0 + math.exp(-log_odds))
+    small = math.exp(log_odds)
+    return small / (1.0 + small)

@@ -1,0 +1,64 @@
+"""Curves from verdicts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from itertools import cycle
+
+import numpy as np
+import plotly.graph_objects as go
+
+from hijack_detect.detectors.verdict import Verdict
+from hijack_detect.evaluation.analysis.alarms import JUDGED
+from hijack_detect.evaluation.analysis.analyse import Analysed
+from hijack_detect.evaluation.analysis.report.recording import Curve
+from hijack_detect.evaluation.analysis.report.style import (
+    DETECTOR_COLOURS,
+    add_curve,
+    add_limit,
+    over_time,
+)
+
+MOST_LINEAR = 4.0
+"""Larger margins are drawn on a logarithmic axis, so that 1 stays visible."""
+LOWEST = 0.01
+"""Where a logarithmic axis begins."""
+
+
+def against_thresholds(
+    done: Analysed, curves: Mapping[str, Curve], height: int
+) -> tuple[go.Figure, str]:
+    """Curves of which 1 is the limit, and what to add to the title if the axis is logarithmic."""
+    highest = max(float(np.nanmax(curve.value, initial=0.0)) for curve in curves.values())
+    figure = over_time(done.analysis.duration_s, height)
+    logarithmic = highest > MOST_LINEAR
+    if logarithmic:
+        most = math.log10(1.3 * highest)
+        figure.update_yaxes(type="log", dtick=1, range=[math.log10(LOWEST), most])
+    else:
+        figure.update_yaxes(range=[0.0, max(1.5, 1.1 * highest)])
+    for colour, (name, curve) in zip(cycle(DETECTOR_COLOURS), curves.items(), strict=False):
+        low = LOWEST if logarithmic else 0.0
+        shown = Curve(curve.time_s, np.maximum(curve.value, low))
+        add_curve(figure, shown, name, colour, "")
+    add_limit(figure, 1.0, "threshold")
+    return figure, ", logarithmic" if logarithmic else ""
+
+
+def value_curve(done: Analysed, detector: str, key: str) -> Curve:
+    """A figure of a detector's verdicts over time."""
+    verdicts = done.run.verdicts.get(detector, [])
+    return verdict_curve(done, verdicts, lambda verdict: verdict.values.get(key, math.nan))
+
+
+def verdict_curve(
+    done: Analysed, verdicts: Sequence[Verdict], value: Callable[[Verdict], float]
+) -> Curve:
+    """A number of each verdict over time, NaN where the detector could not tell."""
+    return Curve(
+        np.array([done.seconds(verdict.stamp_ns) for verdict in verdicts]),
+        np.array(
+            [value(one) if one.state in JUDGED else math.nan for one in verdicts], dtype=float
+        ),
+    )
