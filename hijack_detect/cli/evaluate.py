@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from hijack_detect.evaluation.trials.cases import Case
 
 BASAN = "basan2022"
-PROTOCOLS = ("feng2018", "feng2018_noisy", BASAN, "limits")
+PROTOCOLS = ("feng2018", "feng2018_noisy", BASAN, "limits", "hard")
 PAGE = "index.html"
 ONSETS = 5
 

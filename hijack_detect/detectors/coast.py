@@ -180,7 +180,6 @@ class CoastDetector:
         assert self._filter is not None
         position_lag, velocity_lag = self._filter.lags.tolist()
         return {
-            "score": score,
             "acceleration": math.hypot(east, north),
             "direction": math.atan2(north, east),
             "age": age_s,

@@ -1,9 +1,9 @@
 """Inertial consistency: an acceleration of the GPS that the IMU did not feel.
 
 Subscribes imu/data_raw, gps/fix, gps/vel (ENU) and mag; the last two may be absent. Publishes
-coast/verdict (DiagnosticArray), coast/hijacked (Bool), coast/score (standard deviations),
-coast/acceleration (m/s^2), coast/direction (rad, counter-clockwise from East) and
-coast/smallest_visible (m/s^2: what it could see now), Float64.
+coast/verdict (DiagnosticArray), coast/hijacked (Bool), and as Float64 coast/score and
+coast/threshold (standard deviations), coast/acceleration (m/s^2), coast/direction (rad,
+counter-clockwise from East) and coast/smallest_visible (m/s^2: what it could see now).
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class CoastDetectorNode(DetectorNode[CoastParameters]):
             "mag": sensor_input("mag", "mag", MagneticField, SENSOR),
             "fix": sensor_input("fix", "gps/fix", NavSatFix, SENSOR),
         }
-        figures = ("score", "acceleration", "direction", "smallest_visible")
+        figures = ("score", "threshold", "acceleration", "direction", "smallest_visible")
         super().__init__(CoastDetector.NAME, CoastParameters, CoastDetector, inputs, figures)
 
 

@@ -36,7 +36,8 @@ class DetectorNode(StageNode[P]):
             parameters: Parameter dataclass.
             make: Makes the detector from its parameters.
             inputs: Subscription of each input.
-            figures: Values of the verdict that are published as NAME/FIGURE.
+            figures: Values of the verdict, its `score` or its `threshold`, that are published
+                as NAME/FIGURE.
             node_name: Name of the node, default NAME_detector.
         """
         super().__init__(node_name or f"{name}_detector", parameters, make, inputs)
@@ -52,8 +53,9 @@ class DetectorNode(StageNode[P]):
         """Publish a verdict; a figure that is not defined is NaN, a gap in every plot."""
         self._verdict.publish(verdict_message(output))
         self._hijacked.publish(Bool(data=output.state is State.ALARM))
+        values = {**output.values, "score": output.score, "threshold": output.threshold}
         for figure, publisher in self._figures.items():
-            publisher.publish(Float64(data=output.values.get(figure, math.nan)))
+            publisher.publish(Float64(data=values.get(figure, math.nan)))
         if output.state is not self._state:
             self._state = output.state
             self.log.info(f"{output.state.value} margin {output.margin:.2f}: {output.reason}")

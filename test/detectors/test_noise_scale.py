@@ -1,4 +1,4 @@
-"""What a vehicle's noise is taken for, by hand."""
+"""What a vehicle's noise is taken for, by hand, and what an attacker cannot do to it."""
 
 import math
 
@@ -9,26 +9,66 @@ from hypothesis import strategies as st
 from hijack_detect.detectors.noise_scale import NoiseScale
 
 SECOND = 10**9
+LOW, HIGH = 0.3, 3.0
+SQUARES = st.lists(st.floats(0.0, 1e12), max_size=50)
 
 
 def scale(**changed: float) -> NoiseScale:
     given_ = {"delay_s": 5.0, "memory_s": 1e9, "prior_s": 10.0, "clip": 3.0, **changed}
-    return NoiseScale(0.3, 3.0, **given_)
+    return NoiseScale(LOW, HIGH, **given_)
+
+
+def feed(one: NoiseScale, values: list[float], from_s: int = 0) -> NoiseScale:
+    """A value a second."""
+    for second, value in enumerate(values, from_s):
+        one.add(second * SECOND, value)
+    return one
+
+
+def test_before_anything_is_learnt_it_is_the_prior() -> None:
+    assert scale().value == 1.0
+    assert scale(prior=0.5).value == 0.5
 
 
 def test_the_mean_square_by_hand() -> None:
     """The prior of 1 weighs 10 s; 10 values of 4 over 1 s each: sqrt((10 + 40) / 20)."""
+    assert feed(scale(), [4.0] * 17).value == pytest.approx(math.sqrt(50.0 / 20.0))
+
+
+def test_the_past_is_forgotten_by_hand() -> None:
+    """Two values are learnt, over 1 s each; before each all that was loses e to its power."""
+    one = feed(scale(memory_s=2.0), [4.0] * 9)
+    kept = math.exp(-0.5)
+    total = (10.0 * kept + 4.0) * kept + 4.0
+    weight = (10.0 * kept + 1.0) * kept + 1.0
+    assert one.value == pytest.approx(math.sqrt(total / weight))
+
+
+@pytest.mark.parametrize("true", [0.5, 2.5])
+def test_in_a_long_flight_it_becomes_the_root_mean_square(true: float) -> None:
+    assert feed(scale(memory_s=30.0), [true**2] * 400).value == pytest.approx(true, rel=1e-3)
+
+
+def test_the_rate_of_the_values_does_not_matter() -> None:
+    """10 values in as many seconds, or 100."""
+    one, other = scale(delay_s=0.0), scale(delay_s=0.0)
+    for step in range(102):
+        one.add(step * SECOND // 10, 4.0)
+    for second in range(12):
+        other.add(second * SECOND, 4.0)
+    assert one.value == pytest.approx(other.value, rel=1e-9)
+
+
+def test_a_gap_counts_as_a_second() -> None:
+    """Of three values a minute apart two are learnt: sqrt((10 + 2 * 4) / 12)."""
     one = scale()
-    for second in range(17):
-        one.add(second * SECOND, 4.0)
-    assert one.value == pytest.approx(math.sqrt(50.0 / 20.0))
+    for minute in range(4):
+        one.add(60 * minute * SECOND, 4.0)
+    assert one.value == pytest.approx(math.sqrt(18.0 / 12.0))
 
 
 def test_what_is_younger_than_the_delay_is_not_learnt() -> None:
-    one = scale()
-    for second in range(5):
-        one.add(second * SECOND, 1e6)
-    assert one.value == 1.0
+    assert feed(scale(), [1e6] * 6).value == 1.0
 
 
 def test_what_is_held_is_never_learnt() -> None:
@@ -37,6 +77,14 @@ def test_what_is_held_is_never_learnt() -> None:
         one.add(second * SECOND, 1e6)
         one.hold()
     assert one.value == 1.0
+
+
+def test_what_was_learnt_before_a_hold_stays() -> None:
+    one = feed(scale(), [4.0] * 17)
+    learnt = one.value
+    one.hold()
+    assert one.value == learnt
+    assert feed(one, [4.0] * 5, 17).value == learnt
 
 
 def test_a_single_value_counts_no_more_than_the_clip() -> None:
@@ -48,9 +96,34 @@ def test_a_single_value_counts_no_more_than_the_clip() -> None:
     assert one.value == pytest.approx(math.sqrt(19.0 / 11.0))
 
 
-@given(st.lists(st.floats(0.0, 1e12), max_size=50))
+@given(SQUARES)
 def test_it_stays_within_its_bounds(values: list[float]) -> None:
-    one = scale(prior_s=0.1)
+    one = scale(prior_s=0.1, delay_s=0.0)
     for second, value in enumerate(values):
         one.add(second * SECOND, value)
-        assert 0.3 <= one.value <= 3.0
+        assert LOW <= one.value <= HIGH
+
+
+@pytest.mark.parametrize(("value", "bound"), [(0.0, LOW), (1e12, HIGH)])
+def test_it_reaches_its_bounds(value: float, bound: float) -> None:
+    assert feed(scale(memory_s=30.0), [value] * 400).value == bound
+
+
+@given(SQUARES, st.lists(st.floats(0.0, 1e12), min_size=5, max_size=5))
+def test_an_attack_is_not_learnt_while_it_is_young(
+    before: list[float], attack: list[float]
+) -> None:
+    """Whatever an attacker does in the newest 5 s, the scale is that of a calm flight."""
+    calm, attacked = feed(scale(), [*before, *[1.0] * 5]), feed(scale(), before + attack)
+    assert attacked.value == calm.value
+
+
+@given(st.lists(st.floats(0.0, 1e12), min_size=1, max_size=30))
+def test_an_attacker_raises_it_slowly(attack: list[float]) -> None:
+    """A second at the clip of 3 weighs 8 more than at the scale: in n seconds (1 + 8/11)^(n/2)."""
+    one = scale(delay_s=0.0)
+    before = feed(one, [1.0] * 2).value
+    for second, value in enumerate(attack, 2):
+        one.add(second * SECOND, value)
+        assert one.value <= before * math.sqrt(19.0 / 11.0) * (1.0 + 1e-12)
+        before = one.value

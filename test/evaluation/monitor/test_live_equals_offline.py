@@ -34,9 +34,9 @@ LAST_S = 5.0
     ("bag", "policy", "rate", "duration_s"),
     [
         pytest.param(OWN, "default", 4.0, 0.0, id="own-default-4x"),
-        pytest.param(OWN, "paper", 10.0, 0.0, id="own-paper-10x"),
-        pytest.param(SIMULATED, "default", 10.0, 90.0, id="simulated-default-10x"),
-        pytest.param(REAL, "paper", 8.0, 90.0, id="real-paper-8x"),
+        pytest.param(OWN, "paper", 6.0, 0.0, id="own-paper-6x"),
+        pytest.param(SIMULATED, "default", 5.0, 90.0, id="simulated-default-5x"),
+        pytest.param(REAL, "paper", 5.0, 90.0, id="real-paper-5x"),
     ],
 )
 def test_every_verdict_of_a_spoofed_flight_is_the_same(

@@ -1,0 +1,251 @@
+"""The filter with lags: against motion in closed form, the textbook and the filter without them."""
+
+import copy
+import math
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from hijack_detect.estimation.ekf import (
+    ACCEL_BIAS,
+    ATTITUDE,
+    GRAVITY,
+    GYRO_BIAS,
+    POSITION,
+    VELOCITY,
+    Ekf,
+    ImuBlock,
+    ProcessNoise,
+)
+from hijack_detect.estimation.lag_ekf import (
+    POSITION_LAG,
+    SIZE,
+    STEPS,
+    VELOCITY_LAG,
+    LagEkf,
+    Measured,
+    ModelErrors,
+    Propagated,
+)
+
+Array = npt.NDArray[np.float64]
+LEVEL = (0.0, 0.0, 0.0, 1.0)
+SIGMAS = np.array([1.0] * 3 + [0.5] * 3 + [0.05, 0.05, 0.2] + [0.1] * 3 + [0.005] * 3)
+NOISE = ProcessNoise(accel=0.1, gyro=0.003, accel_bias=0.005, gyro_bias=0.0007)
+NONE = ModelErrors(
+    lag_sigma_s=0.0,
+    lag_walk=0.0,
+    lag_jitter_s=0.0,
+    position_jitter_s=0.0,
+    force_scale=0.0,
+    rate_scale=0.0,
+)
+VARIANCES = {POSITION.start: np.full(3, 0.49), VELOCITY.start: np.full(3, 0.01)}
+
+
+def random_block(rng: np.random.Generator, count: int = 20) -> ImuBlock:
+    force = np.array([0.0, 0.0, GRAVITY]) + rng.normal(0.0, 3.0, (count, 3))
+    return ImuBlock(rng.uniform(0.005, 0.01, count), rng.normal(0.0, 1.0, (count, 3)), force)
+
+
+def still_block(count: int = 20, force: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> ImuBlock:
+    """At rest or at a constant acceleration for 0.2 s, level."""
+    felt = np.tile(np.array([0.0, 0.0, GRAVITY]) + np.array(force), (count, 1))
+    return ImuBlock(np.full(count, 0.2 / count), np.zeros((count, 3)), felt)
+
+
+def measure(ekf: Ekf, block: slice, measured: Array) -> None:
+    ekf.update(*ekf.gps(block, measured, VARIANCES[block.start]))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_without_errors_of_the_model_it_is_the_filter_without_lags(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    plain, lagged = Ekf(LEVEL, SIGMAS, NOISE), LagEkf(LEVEL, SIGMAS, NOISE, NONE)
+    for _ in range(40):
+        block, position, velocity = random_block(rng), rng.normal(size=3), rng.normal(size=3)
+        for ekf in (plain, lagged):
+            ekf.propagate(block)
+            measure(ekf, POSITION, position)
+            measure(ekf, VELOCITY, velocity)
+    np.testing.assert_allclose(lagged.covariance[:15, :15], plain.covariance, atol=1e-10)
+    for name in ("position", "velocity", "attitude", "accel_bias", "gyro_bias"):
+        np.testing.assert_allclose(getattr(lagged, name), getattr(plain, name), atol=1e-9)
+    np.testing.assert_array_equal(lagged.lags, np.zeros(2))
+    np.testing.assert_array_equal(lagged.covariance[15:], np.zeros((2, SIZE)))
+
+
+def flown(position_lag: float, velocity_lag: float, seconds: float, seed: int = 1) -> LagEkf:
+    """A level flight along a figure of eight, known in closed form; GPS lags by what is asked."""
+    rng = np.random.default_rng(seed)
+    sizes, rates = np.array([20.0, 10.0, 0.0]), np.array([0.4, 0.8, 0.0])
+
+    def position(t: float) -> Array:
+        return sizes * np.sin(rates * t)
+
+    def velocity(t: float) -> Array:
+        return sizes * rates * np.cos(rates * t)
+
+    ekf = LagEkf(LEVEL, SIGMAS, NOISE, ModelErrors())
+    ekf.velocity = velocity(0.0)
+    for step in range(round(seconds / 0.2)):
+        middles = 0.2 * step + 0.01 * (np.arange(20) + 0.5)
+        felt = -sizes * rates**2 * np.sin(rates * middles[:, None])
+        force = felt + [0.0, 0.0, GRAVITY] + 0.2 * rng.normal(size=(20, 3))
+        gyro = 0.01 * rng.normal(size=(20, 3))
+        ekf.propagate(ImuBlock(np.full(20, 0.01), gyro, force))
+        t = 0.2 * (step + 1)
+        measure(ekf, POSITION, position(t - position_lag) + 0.3 * rng.normal(size=3))
+        measure(ekf, VELOCITY, velocity(t - velocity_lag) + 0.05 * rng.normal(size=3))
+    return ekf
+
+
+@pytest.mark.parametrize("lags", [(0.0, 0.0), (0.1, -0.05), (-0.08, 0.12), (0.15, 0.15)])
+def test_the_lags_of_a_manoeuvring_vehicle_are_learnt(lags: tuple[float, float]) -> None:
+    ekf = flown(*lags, 60.0)
+    np.testing.assert_allclose(ekf.lags, lags, atol=0.025)
+    deviations = np.sqrt(np.diag(ekf.covariance)[15:])
+    assert np.all(deviations < 0.3 * ModelErrors().lag_sigma_s)
+    assert np.all(abs(ekf.lags - lags) < 4.0 * deviations)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_lag_beyond_the_bound_is_held_at_it(sign: float) -> None:
+    ekf = flown(0.5 * sign, 0.5 * sign, 40.0)
+    np.testing.assert_allclose(ekf.lags, sign * ModelErrors().max_lag_s * np.ones(2))
+
+
+def test_a_vehicle_at_rest_shows_no_lag() -> None:
+    ekf = LagEkf(LEVEL, SIGMAS, NOISE, ModelErrors())
+    for _ in range(50):
+        ekf.propagate(still_block())
+        measure(ekf, POSITION, np.zeros(3))
+        measure(ekf, VELOCITY, np.zeros(3))
+    np.testing.assert_allclose(ekf.lags, np.zeros(2), atol=1e-9)
+    assert np.all(np.diag(ekf.covariance)[15:] >= 0.99 * ModelErrors().lag_sigma_s ** 2)
+
+
+def test_what_a_lagging_position_is_expected_to_be_by_hand() -> None:
+    """At 3 and 4 m/s with 0.1 s of lag: 0.3 and 0.4 m back; noise grows by (0.05 s · 5 m/s)²."""
+    ekf = LagEkf(LEVEL, SIGMAS, NOISE, ModelErrors(position_jitter_s=0.05))
+    ekf.position, ekf.velocity = np.array([10.0, 20.0, 30.0]), np.array([3.0, 4.0, 12.0])
+    ekf.lags = np.array([0.1, 0.0])
+    rows, residual, noise = ekf.gps(POSITION, np.array([9.7, 19.6, 28.8]), np.full(3, 0.49))
+    np.testing.assert_allclose(residual, np.zeros(3), atol=1e-12)
+    np.testing.assert_allclose(noise, np.full(3, 0.49 + 0.25**2))
+    expected = np.zeros((3, SIZE))
+    expected[:, POSITION] = np.eye(3)
+    expected[:, POSITION_LAG] = [-3.0, -4.0, -12.0]
+    np.testing.assert_array_equal(rows, expected)
+
+
+def test_what_a_lagging_velocity_is_expected_to_be_by_hand() -> None:
+    """At 2 m/s² with 0.1 s of lag: 0.2 m/s back; noise grows by (0.1 s · 2 m/s²)²."""
+    ekf = LagEkf(LEVEL, SIGMAS, NOISE, ModelErrors(lag_jitter_s=0.1))
+    ekf.propagate(still_block(force=(2.0, 0.0, 0.0)))
+    np.testing.assert_allclose(ekf.acceleration, [2.0, 0.0, 0.0], atol=1e-12)
+    ekf.lags = np.array([0.0, 0.1])
+    rows, residual, noise = ekf.gps(VELOCITY, np.array([0.2, 0.0, 0.0]), np.full(3, 0.01))
+    np.testing.assert_allclose(residual, np.zeros(3), atol=1e-12)
+    np.testing.assert_allclose(noise, np.full(3, 0.01 + 0.2**2))
+    expected = np.zeros((3, SIZE))
+    expected[:, VELOCITY] = np.eye(3)
+    expected[:, VELOCITY_LAG] = [-2.0, 0.0, 0.0]
+    np.testing.assert_allclose(rows, expected, atol=1e-12)
+
+
+def test_process_noise_grows_with_acceleration_and_rate_by_hand() -> None:
+    errors = ModelErrors(force_scale=0.03, rate_scale=0.02, lag_walk=0.001)
+    plain, lagged = Ekf(LEVEL, SIGMAS, NOISE), LagEkf(LEVEL, SIGMAS, NOISE, errors)
+    block = ImuBlock(
+        np.full(10, 0.02), np.tile([0.0, 0.0, 1.5], (10, 1)), np.zeros((10, 3))
+    )  # 0.2 s
+    force = np.array([3.0, 4.0, GRAVITY])
+    more = lagged.process_noise(block, force)
+    more[:15, :15] -= plain.process_noise(block, force)
+    expected = np.zeros(SIZE)
+    expected[VELOCITY] = (0.03 * 5.0) ** 2 * 0.2
+    expected[ATTITUDE] = (0.02 * 1.5) ** 2 * 0.2
+    expected[15:] = 0.001**2 * 0.2
+    np.testing.assert_allclose(more, np.diag(expected), atol=1e-15)
+
+
+def test_the_record_of_a_propagation() -> None:
+    """An error before it is Φ times that after it: here one of velocity, bias, and lag."""
+    rng = np.random.default_rng(2)
+    ekf = LagEkf(LEVEL, SIGMAS, NOISE, NONE)
+    block = random_block(rng)
+    error = np.zeros(SIZE)
+    error[VELOCITY], error[ACCEL_BIAS], error[GYRO_BIAS] = rng.normal(0.0, 1e-5, (3, 3))
+    error[15:] = 0.03
+    other = copy.deepcopy(ekf)
+    other.velocity, other.accel_bias, other.gyro_bias = (
+        error[part] for part in (VELOCITY, ACCEL_BIAS, GYRO_BIAS)
+    )
+    ekf.propagate(block)
+    other.propagate(block)
+    (step,) = ekf.steps
+    assert isinstance(step, Propagated)
+    assert step.dt_s == pytest.approx(float(np.sum(block.dt)))
+    after = step.transition @ error
+    np.testing.assert_allclose(other.position - ekf.position, after[POSITION], atol=1e-8)
+    np.testing.assert_allclose(other.velocity - ekf.velocity, after[VELOCITY], atol=1e-7)
+    np.testing.assert_array_equal(after[15:], error[15:])
+
+
+@pytest.mark.parametrize("block", [POSITION, VELOCITY, None])
+def test_the_record_of_a_measurement_is_the_textbook_one(block: slice | None) -> None:
+    rng = np.random.default_rng(7)
+    ekf = LagEkf(LEVEL, SIGMAS, NOISE, ModelErrors())
+    ekf.propagate(random_block(rng))
+    if block is None:
+        h, residual, r = rng.normal(size=(1, SIZE)), rng.normal(size=1), np.array([0.2])
+    else:
+        h, residual, r = ekf.gps(block, rng.normal(0.0, 0.1, 3), np.full(3, 0.5))
+    before = copy.deepcopy(ekf)
+    ekf.steps.clear()
+    ekf.update(h, residual, r)
+
+    (step,) = ekf.steps
+    assert isinstance(step, Measured)
+    assert step.block is block
+    spread = h @ before.covariance @ h.T + np.diag(r)
+    np.testing.assert_allclose(step.precision @ spread, np.eye(len(r)), atol=1e-12)
+    np.testing.assert_allclose(step.gain @ spread, before.covariance @ h.T, atol=1e-12)
+    np.testing.assert_array_equal(step.h, h)
+    np.testing.assert_array_equal(step.innovation, residual)
+    moved = step.gain @ step.innovation
+    np.testing.assert_allclose(ekf.position - before.position, moved[POSITION], atol=1e-12)
+    np.testing.assert_allclose(ekf.lags - before.lags, moved[15:], atol=1e-12)
+
+
+def test_another_sensor_after_the_gps_is_not_taken_for_it() -> None:
+    ekf = LagEkf(LEVEL, SIGMAS, NOISE, ModelErrors())
+    measure(ekf, POSITION, np.zeros(3))
+    h = np.zeros((1, SIZE))
+    h[0, 8] = 1.0
+    ekf.update(h, np.array([0.1]), np.array([0.04]))
+    blocks = [step.block for step in ekf.steps if isinstance(step, Measured)]
+    assert blocks == [POSITION, None]
+
+
+def test_an_empty_block_is_no_step() -> None:
+    ekf = LagEkf(LEVEL, SIGMAS, NOISE, ModelErrors())
+    ekf.propagate(ImuBlock(np.zeros(0), np.zeros((0, 3)), np.zeros((0, 3))))
+    assert len(ekf.steps) == 0
+
+
+def test_a_record_that_nobody_reads_does_not_grow() -> None:
+    ekf = LagEkf(LEVEL, SIGMAS, NOISE, ModelErrors())
+    for _ in range(STEPS + 100):
+        ekf.propagate(still_block(count=1))
+    assert len(ekf.steps) == STEPS
+
+
+def test_a_turn_leaves_the_lags_alone() -> None:
+    ekf = flown(0.1, 0.1, 4.0)
+    before = copy.deepcopy(ekf)
+    ekf.turn(math.radians(90.0), 0.2)
+    np.testing.assert_array_equal(ekf.lags, before.lags)
+    np.testing.assert_allclose(ekf.covariance[15:, 15:], before.covariance[15:, 15:])
