@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from hijack_detect.detectors.altitude_parameters import AltitudeParameters
 from hijack_detect.detectors.coast_parameters import CoastParameters
 from hijack_detect.detectors.correlation_parameters import CorrelationParameters
-from hijack_detect.detectors.date import DateParameters
+from hijack_detect.detectors.date_parameters import DateParameters
 from hijack_detect.detectors.drag_parameters import DragParameters
 from hijack_detect.detectors.fusion_parameters import FusionParameters
 from hijack_detect.detectors.gnss_sanity_parameters import GnssSanityParameters

@@ -7,16 +7,19 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from hijack_detect.detectors.coast_bank import CoastBank, Offsets
+from hijack_detect.detectors.coast_bank import Change, CoastBank, Offsets
 from hijack_detect.detectors.coast_parameters import CoastParameters
+from hijack_detect.detectors.coast_score import Sustained, sustained
 from hijack_detect.detectors.input_watch import InputWatch
 from hijack_detect.detectors.noise_scale import NoiseScale
 from hijack_detect.detectors.persistence import Persistence
 from hijack_detect.detectors.verdict import State, Verdict
+from hijack_detect.estimation.air_ekf import SIZE, WIND, AirEkf
 from hijack_detect.estimation.attitude import AttitudeEstimator
 from hijack_detect.estimation.attitude_parameters import AttitudeParameters
+from hijack_detect.estimation.drag_filter import DragNoise
 from hijack_detect.estimation.ekf import Ekf, ProcessNoise
-from hijack_detect.estimation.lag_ekf import LagEkf, ModelErrors, Propagated
+from hijack_detect.estimation.lag_ekf import ModelErrors, Propagated
 from hijack_detect.estimation.rotation import Array
 from hijack_detect.streams.samples import (
     NANOSECONDS,
@@ -27,20 +30,21 @@ from hijack_detect.streams.samples import (
     VelocitySample,
 )
 
-AGES_S = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0, 24.0, 36.0)
-"""Ages of the onsets that are judged."""
-SPACING_S = 0.5
-"""An onset begins this often."""
+YOUNGEST_S = 0.9
+"""Age from which on an onset is judged."""
+SPACING_S = 0.35
+"""An onset begins with the first fix after this."""
 LOWEST_SCALE, HIGHEST_SCALE = 0.3, 3.0
 
 
 class CoastDetector:
     """Asks how likely a constant offset acceleration is since any onset some seconds ago.
 
-    A filter of its own follows IMU and GPS (`LagEkf`), and a bank of likelihood ratios over its
-    innovations (`CoastBank`) tells what an offset acceleration since each onset would have done
-    to them. The score is |a| over its standard deviation: that of the filter's own error model
-    times the noise scale that this vehicle has shown, and floors for what no model has. Costs per
+    A filter of its own follows IMU, GPS and drag (`AirEkf`), and a bank of likelihood ratios over
+    its innovations (`CoastBank`) tells what an offset acceleration since each onset would have
+    done to them. The score is |a| over its standard deviation: that of the filter's own error
+    model times the noise scale that this vehicle has shown, and floors for what no model has. It
+    is the least of a run of onsets (`sustained`), and of two beliefs about the wind. Costs per
     fix do not depend on the IMU's rate.
     """
 
@@ -53,13 +57,12 @@ class CoastDetector:
             ("imu", "velocity", "mag", "fix"), p.sensor_patience_s
         )
         self._estimator = AttitudeEstimator(_estimator_parameters(p), _make_filter)
-        self._ages = [age for age in AGES_S if age <= p.longest_s]
         self._watch = InputWatch(("imu", "fix"))
         self._persistence = Persistence(p.persist_s)
         self._scale = NoiseScale(
-            LOWEST_SCALE, HIGHEST_SCALE, delay_s=p.longest_s, memory_s=90.0, prior_s=10.0, clip=3.5
+            LOWEST_SCALE, HIGHEST_SCALE, delay_s=p.longest_s, memory_s=90.0, prior_s=5.0, clip=3.5
         )
-        self._filter: LagEkf | None = None
+        self._filter: AirEkf | None = None
         self._since_ns = 0
         self._violent_ns: int | None = None
 
@@ -90,7 +93,7 @@ class CoastDetector:
     def _follow(self, stamp_ns: int) -> None:
         """Account what the filter has done; begin afresh with another filter."""
         ekf = self._estimator.ekf
-        if not isinstance(ekf, LagEkf):
+        if not isinstance(ekf, AirEkf):
             self._filter = None
             return
         if not self._estimator.decided:
@@ -99,7 +102,9 @@ class CoastDetector:
             return
         if ekf is not self._filter:
             self._filter, self._since_ns = ekf, stamp_ns
-            self._bank = CoastBank(self._ages, SPACING_S)
+            p = self._parameters
+            gusts = dict.fromkeys(range(WIND.start, WIND.stop), Change(p.gust, p.gust_rate))
+            self._bank = CoastBank(SIZE, YOUNGEST_S, p.longest_s, SPACING_S, gusts)
             self._scale.hold()
         for step in ekf.steps:
             if isinstance(step, Propagated):
@@ -116,16 +121,40 @@ class CoastDetector:
         if self._filter is None:
             reason = "heading unknown: needs a magnetometer or forward flight"
             return self._silent(stamp_ns, State.NOT_READY, reason)
-        offsets = self._bank.offsets()
         if self._violent(stamp_ns):
             reason = f"specific force or rate beyond {p.max_force:g} m/s², {p.max_rate:g} rad/s"
             return self._silent(stamp_ns, State.NOT_OBSERVABLE, reason)
-        if stamp_ns - self._since_ns < p.settle_s * NANOSECONDS or len(offsets.age_s) == 0:
-            if len(offsets.age_s):
-                self._scale.add(stamp_ns, float(np.mean(offsets.whitened)))
+        still, free = self._bank.offsets(), self._bank.offsets(changed=True)
+        found = self._found(still, free)
+        if found is None or stamp_ns - self._since_ns < p.settle_s * NANOSECONDS:
+            self._learn(stamp_ns, free)
             reason = f"heading known for less than {p.settle_s:g} s"
             return self._silent(stamp_ns, State.NOT_READY, reason)
-        return self._judge(stamp_ns, offsets)
+        return self._judge(stamp_ns, still, free, found)
+
+    def _found(self, still: Offsets, free: Offsets) -> Sustained | None:
+        """What a run of onsets says, whether the wind stays or not.
+
+        A gust convinces only who believes that it stays, an error of tilt rather who does not.
+        """
+        sure = self._deviation(still)
+        unsure = self._deviation(free) / self._parameters.gusty_gain
+        score = np.minimum(still.size / sure, free.size / unsure)
+        return sustained(still.age_s, score, np.maximum(sure, unsure), self._parameters.span_s)
+
+    def _deviation(self, offsets: Offsets) -> Array:
+        """Standard deviation of each offset acceleration on this vehicle, m/s²."""
+        p = self._parameters
+        variance: Array = (
+            (self._scale.value * offsets.sigma) ** 2
+            + p.floor_acceleration**2
+            + (p.floor_velocity / offsets.age_s) ** 2
+        )
+        return np.sqrt(variance)
+
+    def _learn(self, stamp_ns: int, offsets: Offsets) -> None:
+        if len(offsets.whitened):
+            self._scale.add(stamp_ns, float(np.mean(offsets.whitened)))
 
     def _violent(self, stamp_ns: int) -> bool:
         since = self._violent_ns
@@ -142,24 +171,15 @@ class CoastDetector:
         wanted = p.threshold_gain * self._scale.value**3
         return min(max(wanted, p.threshold_low), p.threshold_high)
 
-    def _judge(self, stamp_ns: int, offsets: Offsets) -> Verdict:
-        p, scale = self._parameters, self._scale.value
-        deviation = np.sqrt(
-            (scale * offsets.sigma) ** 2
-            + p.floor_acceleration**2
-            + (p.floor_velocity / offsets.age_s) ** 2
-        )
-        size = np.hypot(offsets.acceleration[:, 0], offsets.acceleration[:, 1])
-        best = int(np.argmax(size / deviation))
-        limit = self._limit
-        score = float(size[best] / deviation[best])
-        east, north = offsets.acceleration[best].tolist()
-        smallest = limit * float(np.min(deviation))
-        values = self._values(score, east, north, float(offsets.age_s[best]), smallest)
+    def _judge(self, stamp_ns: int, still: Offsets, free: Offsets, found: Sustained) -> Verdict:
+        p, scale, limit, score = self._parameters, self._scale.value, self._limit, found.score
+        acceleration, age_s = still.acceleration[found.best], float(still.age_s[found.best])
+        smallest = limit * found.deviation
+        values = self._values(acceleration, age_s, smallest)
         if score > limit:
             self._scale.hold()
         else:
-            self._scale.add(stamp_ns, float(np.mean(offsets.whitened)))
+            self._learn(stamp_ns, free)
         if scale > p.max_noise_scale:
             self._persistence.reset()
             reason = f"IMU and GPS disagree {scale:.1f} times more than they should"
@@ -168,17 +188,15 @@ class CoastDetector:
         if state is State.NORMAL and score > p.suspicious_margin * limit:
             state = State.SUSPICIOUS
         reason = (
-            f"offset acceleration {math.hypot(east, north):.2f} m/s² since "
-            f"{values['age']:.1f} s, {score:.1f} σ (limit {limit:.1f}); "
-            f"could see {smallest:.2f} m/s²"
+            f"offset acceleration {values['acceleration']:.2f} m/s² since {age_s:.1f} s, "
+            f"{score:.1f} σ (limit {limit:.1f}); could see {smallest:.2f} m/s²"
         )
         return Verdict(self.NAME, stamp_ns, state, score, limit, reason, values)
 
-    def _values(
-        self, score: float, east: float, north: float, age_s: float, smallest: float
-    ) -> dict[str, float]:
+    def _values(self, acceleration: Array, age_s: float, smallest: float) -> dict[str, float]:
         assert self._filter is not None
         position_lag, velocity_lag = self._filter.lags.tolist()
+        east, north = acceleration.tolist()
         return {
             "acceleration": math.hypot(east, north),
             "direction": math.atan2(north, east),
@@ -203,4 +221,4 @@ def _estimator_parameters(p: CoastParameters) -> AttitudeParameters:
 
 
 def _make_filter(attitude: Quaternion, sigmas: Array, noise: ProcessNoise) -> Ekf:
-    return LagEkf(attitude, sigmas, noise, ModelErrors())
+    return AirEkf(attitude, sigmas, noise, ModelErrors(), DragNoise())

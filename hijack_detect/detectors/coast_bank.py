@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from hijack_detect.estimation.ekf import POSITION
-from hijack_detect.estimation.lag_ekf import SIZE, Measured, Propagated
+from hijack_detect.estimation.lag_ekf import Measured, Propagated
 from hijack_detect.estimation.rotation import Array
 
 AXES = 2
@@ -17,11 +17,19 @@ TINY = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
+class Change:
+    """How a state may change with an onset: standard deviations of a step and a ramp (1/s)."""
+
+    step: float
+    ramp: float
+
+
+@dataclass(frozen=True, slots=True)
 class Offsets:
-    """The most likely offset acceleration for each age that was asked for.
+    """The most likely offset acceleration since each onset, the oldest first.
 
     Attributes:
-        age_s: Time since the assumed onset, s, shape (n,); ages not reached yet are left out.
+        age_s: Time since the assumed onset, s, shape (n,).
         acceleration: East and North, m/s², shape (n, 2).
         sigma: Its standard deviation by the filter's own error model, m/s², shape (n,).
         whitened: Square of the acceleration in standard deviations, mean of the two axes, (n,).
@@ -32,6 +40,11 @@ class Offsets:
     sigma: Array
     whitened: Array
 
+    @property
+    def size(self) -> Array:
+        """Length of the acceleration, m/s², shape (n,)."""
+        return np.hypot(self.acceleration[:, 0], self.acceleration[:, 1])
+
 
 class CoastBank:
     """Generalised likelihood ratio over onsets (Willsky and Jones 1976).
@@ -41,52 +54,81 @@ class CoastBank:
     and the innovation g a, where g = [½T²; T] − H f. With d = Σ gᵀS⁻¹r and C = Σ gᵀS⁻¹g the
     most likely a is C⁻¹d with covariance C⁻¹. What the filter has learnt from the spoof is in
     f, so the spoof cannot hide in it.
+
+    States may have begun to change at the same time, as a wind does in a gust. A step is an error
+    of the state from the onset on and a ramp one that grows, so each has a column of f of its
+    own. With the inverse of their prior variances in C, a is what no such change explains.
     """
 
-    def __init__(self, ages_s: Sequence[float], spacing_s: float) -> None:
-        """Begin an onset every `spacing_s`; ask for those nearest to `ages_s`."""
-        self._ages = np.asarray(ages_s, dtype=float)
-        self._spacing = spacing_s
+    def __init__(
+        self,
+        size: int,
+        youngest_s: float,
+        oldest_s: float,
+        spacing_s: float,
+        changes: Mapping[int, Change] | None = None,
+    ) -> None:
+        """Begin an onset every `spacing_s` and judge those between two ages.
+
+        Args:
+            size: Number of the filter's error states.
+            youngest_s: An onset is judged from this age on, s.
+            oldest_s: And until this one, s.
+            spacing_s: Least time between two onsets, s.
+            changes: How states may change with an onset.
+        """
+        self._youngest, self._oldest, self._spacing = youngest_s, oldest_s, spacing_s
+        changes = changes or {}
+        self._states = list(changes)
+        steps, ramps = (
+            [one.step for one in changes.values()],
+            [one.ramp for one in changes.values()],
+        )
+        self._prior = np.diag([TINY] * AXES + [sigma**-2 for sigma in steps + ramps])
+        n = len(self._prior)
+        self._ramps = slice(AXES + len(steps), n)
+        self._begun = np.zeros((1, size, n))
+        self._begun[0, self._states, AXES : AXES + len(steps)] = np.eye(len(steps))
         self._since_s = spacing_s
         self._age: Array = np.zeros(0)
-        self._shift: Array = np.zeros((0, SIZE, AXES))
-        self._d: Array = np.zeros((0, AXES))
-        self._c: Array = np.zeros((0, AXES, AXES))
+        self._shift: Array = np.zeros((0, size, n))
+        self._d: Array = np.zeros((0, n))
+        self._c: Array = np.zeros((0, n, n))
 
     def propagate(self, step: Propagated) -> None:
         """The filter moved on."""
-        kept = self._age + step.dt_s <= self._ages[-1] + self._spacing
+        kept = self._age + step.dt_s <= self._oldest
         self._age = self._age[kept] + step.dt_s
         self._shift = step.transition @ self._shift[kept]
+        self._shift[:, self._states, self._ramps] += step.dt_s * np.eye(len(self._states))
         self._d, self._c = self._d[kept], self._c[kept]
         self._since_s += step.dt_s
         if self._since_s >= self._spacing:
             self._since_s = 0.0
             self._age = np.append(self._age, 0.0)
-            self._shift = np.concatenate([self._shift, np.zeros((1, SIZE, AXES))])
-            self._d = np.concatenate([self._d, np.zeros((1, AXES))])
-            self._c = np.concatenate([self._c, np.zeros((1, AXES, AXES))])
+            n = len(self._prior)
+            self._shift = np.concatenate([self._shift, self._begun])
+            self._d = np.concatenate([self._d, np.zeros((1, n))])
+            self._c = np.concatenate([self._c, np.zeros((1, n, n))])
 
     def measure(self, step: Measured) -> None:
         """The filter used a measurement."""
         g = -(step.h @ self._shift)
         if step.block is not None:
             power = 0.5 * self._age**2 if step.block is POSITION else self._age
-            g[:, :AXES, :] += power[:, None, None] * np.eye(AXES)
+            g[:, :AXES, :AXES] += power[:, None, None] * np.eye(AXES)
         weighted = np.swapaxes(g, 1, 2) @ step.precision
         self._d = self._d + weighted @ step.innovation
         self._c = self._c + weighted @ g
         self._shift = self._shift + step.gain @ g
 
-    def offsets(self) -> Offsets:
-        """The most likely offsets now."""
-        if len(self._age) == 0:
-            return Offsets(np.zeros(0), np.zeros((0, AXES)), np.zeros(0), np.zeros(0))
-        nearest = np.abs(self._age[None, :] - self._ages[:, None]).argmin(axis=1)
-        reached = np.abs(self._age[nearest] - self._ages) <= 0.75 * self._spacing
-        at = nearest[reached]
-        covariance = np.linalg.inv(self._c[at] + TINY * np.eye(AXES))
-        acceleration = np.einsum("nij,nj->ni", covariance, self._d[at])
-        whitened = 0.5 * np.einsum("ni,ni->n", self._d[at], acceleration)
+    def offsets(self, *, changed: bool = False) -> Offsets:
+        """The most likely offsets now; `changed` lets the states change as they may."""
+        at, n = self._age >= self._youngest, len(self._prior) if changed else AXES
+        joint = np.linalg.inv((self._c[at] + self._prior)[:, :n, :n])
+        acceleration = np.einsum("nij,nj->ni", joint, self._d[at][:, :n])[:, :AXES]
+        covariance = joint[:, :AXES, :AXES]
+        unit = np.linalg.solve(covariance, acceleration[:, :, None])[:, :, 0]
+        whitened = 0.5 * np.einsum("ni,ni->n", unit, acceleration)
         sigma = np.sqrt(0.5 * np.trace(covariance, axis1=1, axis2=2))
         return Offsets(self._age[at], acceleration, sigma, whitened)

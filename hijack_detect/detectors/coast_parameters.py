@@ -52,8 +52,37 @@ class CoastParameters(Parameters):
         "Oldest onset. Of an offset older than this only what it did at first is visible: tilt "
         "and bias have taken up the rest.",
         unit="s",
-        low=1.0,
+        low=3.0,
         high=36.0,
+    )
+    gust: float = param(
+        3.0,
+        "With an onset the wind may change by a step: standard deviation, East and North.",
+        unit="m/s",
+        low=0.1,
+        high=30.0,
+    )
+    gust_rate: float = param(
+        2.0,
+        "The same for a steady rise of the wind.",
+        unit="m/s²",
+        low=0.1,
+        high=30.0,
+    )
+    gusty_gain: float = param(
+        1.1,
+        "An offset must exceed the limit if the wind did not change, and the limit over this if "
+        "it did: drag alone is no proof.",
+        low=0.5,
+        high=10.0,
+    )
+    span_s: float = param(
+        2.0,
+        "Onsets over this time must all say it: an error that is over fits one onset only. No "
+        "attack younger than this and a second is told.",
+        unit="s",
+        low=0.0,
+        high=10.0,
     )
     floor_acceleration: float = param(
         0.05,
@@ -63,28 +92,28 @@ class CoastParameters(Parameters):
         high=10.0,
     )
     floor_velocity: float = param(
-        0.3,
+        0.5,
         "The same for a velocity that was there at once.",
         unit="m/s",
         low=0.0,
         high=10.0,
     )
     threshold_low: float = param(
-        3.0,
+        2.6,
         "Limit of the offset acceleration in its standard deviations, for a vehicle whose IMU and "
         "GPS agree as well as their noise allows.",
         low=1.0,
         high=100.0,
     )
     threshold_high: float = param(
-        8.0,
+        3.6,
         "The same for a vehicle with vibration, aliasing or a poor receiver: rare errors are then "
         "far larger than usual ones.",
         low=1.0,
         high=100.0,
     )
     threshold_gain: float = param(
-        26.0,
+        13.0,
         "The limit is this times the cube of the noise scale, between the two above.",
         low=0.1,
         high=1000.0,
@@ -98,7 +127,7 @@ class CoastParameters(Parameters):
         high=600.0,
     )
     persist_s: float = param(
-        0.4,
+        0.2,
         "The limit must be exceeded this long to be an ALARM; SUSPICIOUS before.",
         unit="s",
         low=0.0,

@@ -15,12 +15,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hijack_detect.estimation.drag_model import SMALLEST_DRAG, drag_force
 from hijack_detect.estimation.rotation import Array
 
 WIND, DRAG, QUADRATIC, BIAS = slice(0, 2), 2, 3, slice(4, 6)
 """Where the state holds what."""
-SMALLEST_DRAG = 0.02
-"""1/s; the filter never believes less, where a wind would be infinite."""
 ITERATIONS = 3
 HUBER = 2.0
 """Residuals beyond so many standard deviations count linearly: gusts and bad samples."""
@@ -222,15 +221,10 @@ class DragFilter:
 def _linearized(state: Array, turn: Array, velocity: Array, force: Array) -> tuple[Array, Array]:
     """Residuals (n, 2) of the model and its derivative (n, 2, 6) by the state."""
     air = velocity - turn @ state[WIND]
-    speed = np.sqrt(np.sum(air**2, axis=1) + 1e-6)[:, None]
-    k, q = state[DRAG], state[QUADRATIC]
-    residual = force - (-(k + q * speed) * air + state[BIAS])
-    by_air = -(k + q * speed)[:, :, None] * np.eye(2) - q * (
-        air[:, :, None] * air[:, None, :] / speed[:, :, None]
-    )
+    expected, by_air, by_drag = drag_force(air, float(state[DRAG]), float(state[QUADRATIC]))
+    residual = force - (expected + state[BIAS])
     h = np.empty((len(air), 2, 6))
     h[:, :, WIND] = -by_air @ turn
-    h[:, :, DRAG] = -air
-    h[:, :, QUADRATIC] = -speed * air
+    h[:, :, DRAG : QUADRATIC + 1] = by_drag
     h[:, :, BIAS] = np.eye(2)
     return residual, h

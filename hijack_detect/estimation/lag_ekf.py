@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +22,7 @@ from hijack_detect.estimation.rotation import Array
 from hijack_detect.streams.samples import Quaternion
 
 POSITION_LAG, VELOCITY_LAG = 15, 16
+LAGS = slice(15, 17)
 SIZE = 17
 STEPS = 512
 """Newest steps that are kept; far more than lie between two samples."""
@@ -51,7 +53,7 @@ class ModelErrors:
 
 @dataclass(frozen=True, slots=True)
 class Propagated:
-    """The filter moved on: seconds, and Φ of shape (17, 17)."""
+    """The filter moved on: seconds, and Φ of shape (n, n)."""
 
     dt_s: float
     transition: Array
@@ -63,8 +65,8 @@ class Measured:
 
     Attributes:
         block: POSITION or VELOCITY for one of the GPS, None for another sensor's.
-        h: Observation matrix, shape (m, 17).
-        gain: Kalman gain, shape (17, m).
+        h: Observation matrix, shape (m, n) for n states.
+        gain: Kalman gain, shape (n, m).
         precision: Inverse of the innovation's covariance, shape (m, m).
         innovation: Measured minus predicted, shape (m,).
     """
@@ -84,11 +86,24 @@ class LagEkf(Ekf):
     """
 
     def __init__(
-        self, attitude: Quaternion, sigmas: Array, noise: ProcessNoise, errors: ModelErrors
+        self,
+        attitude: Quaternion,
+        sigmas: Array,
+        noise: ProcessNoise,
+        errors: ModelErrors,
+        behind: Sequence[float] = (),
     ) -> None:
-        """See Ekf; `errors` are those of the model."""
+        """See Ekf.
+
+        Args:
+            attitude: See Ekf.
+            sigmas: Of the 15 states.
+            noise: See Ekf.
+            errors: Those of the model.
+            behind: Standard deviations of the states that a subclass adds behind the lags.
+        """
         lags = np.full(2, errors.lag_sigma_s)
-        super().__init__(attitude, np.concatenate([sigmas, lags]), noise)
+        super().__init__(attitude, np.concatenate([sigmas, lags, behind]), noise)
         self._errors = errors
         self.lags: Array = np.zeros(2)
         """Lags of position and velocity beyond the nominal one, s."""
@@ -118,7 +133,7 @@ class LagEkf(Ekf):
         eye = np.eye(3)
         noise[VELOCITY, VELOCITY] += accel * total * eye
         noise[ATTITUDE, ATTITUDE] += (e.rate_scale * rate) ** 2 * total * eye
-        noise[POSITION_LAG:, POSITION_LAG:] += e.lag_walk**2 * total * np.eye(2)
+        noise[LAGS, LAGS] += e.lag_walk**2 * total * np.eye(2)
         return noise
 
     def gps(self, block: slice, measured: Array, variances: Array) -> Observation:
@@ -146,4 +161,4 @@ class LagEkf(Ekf):
     def _inject(self, error: Array) -> None:
         super()._inject(error)
         bound = self._errors.max_lag_s
-        self.lags = np.clip(self.lags + error[POSITION_LAG:], -bound, bound)
+        self.lags = np.clip(self.lags + error[LAGS], -bound, bound)

@@ -9,7 +9,8 @@ from __future__ import annotations
 from geometry_msgs.msg import TwistStamped
 from sensor_msgs.msg import Imu, NavSatFix
 
-from hijack_detect.detectors.date import DateDetector, DateParameters
+from hijack_detect.detectors.date import DateDetector
+from hijack_detect.detectors.date_parameters import DateParameters
 from hijack_detect.nodes.detector_node import DetectorNode
 from hijack_detect.nodes.qos import INTERNAL, SENSOR
 from hijack_detect.nodes.running import run

@@ -13,7 +13,8 @@ from hijack_detect.detectors.coast import CoastDetector
 from hijack_detect.detectors.coast_parameters import CoastParameters
 from hijack_detect.detectors.correlation import CorrelationDetector
 from hijack_detect.detectors.correlation_parameters import CorrelationParameters
-from hijack_detect.detectors.date import DateDetector, DateParameters
+from hijack_detect.detectors.date import DateDetector
+from hijack_detect.detectors.date_parameters import DateParameters
 from hijack_detect.detectors.drag import DragDetector
 from hijack_detect.detectors.drag_parameters import DragParameters
 from hijack_detect.detectors.fusion import Fusion

@@ -176,7 +176,10 @@ FAMILIES: Mapping[str, Sequence[Size]] = {
     "replay": (replay(),),
 }
 """Sizes by family, for vehicles in motion."""
-ANY_PHASE: Mapping[str, Sequence[Size]] = {"jump_any_phase": FAMILIES["jump"]}
+ANY_PHASE: Mapping[str, Sequence[Size]] = {
+    "jump_any_phase": FAMILIES["jump"],
+    "drift_any_phase": tuple(drift(gain, 4.0) for gain in (0.5, 1.0)),
+}
 """Sizes by family, at any phase of flight."""
 
 

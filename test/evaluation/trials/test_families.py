@@ -24,11 +24,12 @@ PLACED = attacks_on("a flight", SPANS, 300.0, moving=4, any_phase=3)
 
 def test_every_onset_has_every_size_and_one_without_attack() -> None:
     moving = sum(map(len, FAMILIES.values()))
-    assert len(PLACED) == 4 * (moving + 1) + 3 * (len(ANY_PHASE["jump_any_phase"]) + 1)
+    assert len(PLACED) == 4 * (moving + 1) + 3 * (sum(map(len, ANY_PHASE.values())) + 1)
     counts = Counter(one.family for one in PLACED)
     assert counts == {
         CLEAN: 7,
         "jump_any_phase": 21,
+        "drift_any_phase": 6,
         **{family: 4 * len(sizes) for family, sizes in FAMILIES.items()},
     }
     assert all((one.scenario is None) == (one.family == CLEAN) for one in PLACED)
@@ -103,4 +104,4 @@ def test_both_sides_are_drawn_unless_one_is_asked_for() -> None:
 
 def test_a_flight_without_forward_flight_has_attacks_at_any_phase_only() -> None:
     found = attacks_on("hover", [], 200.0, any_phase=2)
-    assert {one.family for one in found} == {CLEAN, "jump_any_phase"}
+    assert {one.family for one in found} == {CLEAN, *ANY_PHASE}

@@ -1,0 +1,114 @@
+"""The filter of `lag_ekf` that also feels the air: wind, drag and tilt of the rotors are states.
+
+The drag of a multirotor says how fast it moves through the air. As long as the wind stays, that
+is a velocity which no GPS has touched: weak from one fix to the next, and it keeps tilt and
+accelerometer bias from taking up what a spoofed GPS pulls.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from hijack_detect.estimation.drag_filter import HUBER, DragNoise
+from hijack_detect.estimation.drag_model import SMALLEST_DRAG, drag_force
+from hijack_detect.estimation.ekf import ACCEL_BIAS, ATTITUDE, VELOCITY, ImuBlock, ProcessNoise
+from hijack_detect.estimation.lag_ekf import LagEkf, ModelErrors
+from hijack_detect.estimation.rotation import Array, matrix, skew
+from hijack_detect.streams.samples import Quaternion
+
+WIND, DRAG, TILT = slice(17, 19), slice(19, 21), slice(21, 23)
+"""Wind (East, North, m/s); k (1/s) and q (1/m); force along x and y from tilted rotors (m/s²)."""
+SIZE = 23
+SHORTEST_S, LONGEST_S = 0.15, 1.1
+"""Force is averaged over at least so long, and not used when it was longer: nobody knows how the
+vehicle moved."""
+MAX_HEADING_SIGMA = math.radians(20.0)
+"""Until the heading is known as well as this, a wind has no direction."""
+MEMORY_S = 30.0
+"""Of how well drag explains the force of this vehicle."""
+
+
+class AirEkf(LagEkf):
+    """15 states, two lags, wind (2), drag (2) and the force of tilted rotors (2)."""
+
+    def __init__(
+        self,
+        attitude: Quaternion,
+        sigmas: Array,
+        noise: ProcessNoise,
+        errors: ModelErrors,
+        air: DragNoise,
+    ) -> None:
+        """See LagEkf; `air` is what is assumed of wind and drag."""
+        behind = (air.wind, air.wind, air.drag[1], air.quadratic[1], air.bias, air.bias)
+        super().__init__(attitude, sigmas, noise, errors, behind)
+        self._air = air
+        self.wind: Array = np.zeros(2)
+        self.drag: Array = np.array([air.drag[0], air.quadratic[0]])
+        self.tilt: Array = np.zeros(2)
+        self.residual = air.first_residual
+        """Root mean square of the force about the model, m/s²."""
+        self._impulse: Array = np.zeros(2)
+        self._seconds = 0.0
+
+    def propagate(self, block: ImuBlock) -> None:
+        """See Ekf."""
+        super().propagate(block)
+        self._impulse = self._impulse + block.dt @ block.specific_force[:, :2]
+        self._seconds += float(np.sum(block.dt))
+
+    def process_noise(self, block: ImuBlock, force: Array) -> Array:
+        """See LagEkf."""
+        noise, air = super().process_noise(block, force), self._air
+        walks = [air.wind_walk, air.wind_walk, air.drag_walk, 0.0, air.bias_walk, air.bias_walk]
+        noise[WIND.start :, WIND.start :] = np.diag(np.square(walks)) * float(np.sum(block.dt))
+        return noise
+
+    def update(self, h: Array, residual: Array, r: Array) -> float:
+        """See Ekf; after each GPS velocity the drag since the last one is used, too."""
+        velocity = self._block is VELOCITY
+        likelihood = super().update(h, residual, r)
+        if velocity and self._seconds > SHORTEST_S:
+            if self._seconds < LONGEST_S and self.heading_variance < MAX_HEADING_SIGMA**2:
+                self._feel(self._impulse / self._seconds, self._seconds)
+            self._impulse, self._seconds = np.zeros(2), 0.0
+        return likelihood
+
+    def _feel(self, force: Array, seconds: float) -> None:
+        """Use the mean specific force of the last interval, body x and y, m/s²."""
+        body = matrix(self.attitude).T
+        through = self.velocity - np.append(self.wind, 0.0)
+        drag, quadratic = self.drag.tolist()
+        expected, by_air, by_drag = drag_force((body @ through)[None, :2], drag, quadratic)
+        turn = by_air[0] @ body[:2]
+        h = np.zeros((2, len(self.covariance)))
+        h[:, VELOCITY] = turn
+        h[:, ATTITUDE] = turn @ skew(through[None])[0]
+        h[:, ACCEL_BIAS.start : ACCEL_BIAS.start + 2] = np.eye(2)
+        h[:, WIND] = -turn[:, :2]
+        h[:, DRAG] = by_drag[0]
+        h[:, TILT] = np.eye(2)
+        innovation = force - expected[0] - self.tilt - self.accel_bias[:2]
+        r = self._variance(h, innovation, seconds)
+        super().update(h, innovation, np.full(2, r))
+
+    def _variance(self, h: Array, innovation: Array, seconds: float) -> float:
+        """Noise of the force, larger for an outlier; what is left of it is learnt."""
+        spread = h @ self.covariance @ h.T
+        r, eye = self._air.variance(self.residual, seconds), np.eye(2)
+        size = math.sqrt(0.5 * float(innovation @ np.linalg.solve(spread + r * eye, innovation)))
+        r *= max(1.0, size / HUBER)
+        left = r * np.linalg.solve(spread + r * eye, innovation)
+        square = min(0.5 * float(left @ left), (4.0 * self.residual) ** 2)
+        memory = min(1.0, seconds / MEMORY_S)
+        self.residual = math.sqrt(self.residual**2 + memory * (square - self.residual**2))
+        return r
+
+    def _inject(self, error: Array) -> None:
+        super()._inject(error)
+        self.wind = self.wind + error[WIND]
+        smallest = (SMALLEST_DRAG, 0.0)
+        self.drag = np.maximum(self.drag + error[DRAG], smallest)
+        self.tilt = self.tilt + error[TILT]
