@@ -24,7 +24,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from limits_runs import by_half, load
 
-from hijack_detect.detectors.likelihood import RATIOS, LikelihoodRatio, probability
+from hijack_detect.detectors.likelihood import RATIOS, LikelihoodRatio, probability, together
 from hijack_detect.evaluation.scores.limit_records import BLOCK_S, WINDOWS_S, FlightRecord
 from hijack_detect.evaluation.trials.families import CLEAN
 
@@ -89,7 +89,7 @@ def reliability(
     """Brier score, and mean probability, share of attacks and weight of each bin; even odds."""
 
     def claimed(margins: Margins) -> float:
-        return probability(sum(one(margins[name]) for name, one in ratios.items()))
+        return probability(together({name: one(margins[name]) for name, one in ratios.items()}))
 
     total = sum(weight for _, weight in attacked)
     rows = [(claimed(one), 0.0, 0.5 / len(clean)) for one in clean]

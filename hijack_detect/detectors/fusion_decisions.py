@@ -9,10 +9,12 @@ from hijack_detect.detectors.fusion_parameters import FusionParameters
 from hijack_detect.detectors.likelihood import (
     JUDGED,
     RATIOS,
+    SOFT,
     LikelihoodRatio,
     RecentPeak,
     odds,
     probability,
+    together,
 )
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.streams.samples import NANOSECONDS
@@ -84,9 +86,10 @@ class AllClaims(_Odds):
 class Calibrated:
     """An alert when the odds of all likelihood ratios together are high enough.
 
-    ln odds = ln prior odds + Σ ratios, each of the largest margin of the last `together_s`. A
-    detector that cannot tell says nothing. An alert also needs an ALARM within that time, and has
-    to last for `debounce_s`.
+    ln odds = ln prior odds + Σ ratios, each of the largest margin of the last `together_s`. Of
+    detectors that share a source of error only one counts, and one that cannot tell says nothing.
+    An alert also needs an ALARM within that time, not one of SOFT, and has to last for
+    `debounce_s`.
     """
 
     def __init__(self, parameters: FusionParameters) -> None:
@@ -105,7 +108,7 @@ class Calibrated:
             peak = self._peaks.setdefault(verdict.detector, RecentPeak(self._kept_ns))
             peak.add(verdict)
         evidence = self._evidence(verdict.stamp_ns)
-        if verdict.state is State.ALARM:
+        if verdict.state is State.ALARM and verdict.detector not in SOFT:
             self._alarmed_ns = verdict.stamp_ns
         alarmed = self._alarmed_ns
         recent = alarmed is not None and verdict.stamp_ns - alarmed <= self._kept_ns
@@ -134,7 +137,8 @@ class Calibrated:
         return sorted(said, key=lambda one: -one[1])
 
     def _probability(self, evidence: Sequence[tuple[Verdict, float]]) -> float:
-        return probability(self._prior + sum(nats for _, nats in evidence))
+        said = {verdict.detector: nats for verdict, nats in evidence}
+        return probability(self._prior + together(said))
 
 
 def decision(parameters: FusionParameters) -> Decision:

@@ -49,6 +49,20 @@ RATIOS: Mapping[str, LikelihoodRatio] = {
 }
 """By detector. Fitted on half of the flights by benchmarks/fusion_calibration.py, which see."""
 
+SHARED = frozenset({"coast", "drag"})
+"""Detectors that both feel the drag of the air: the one that says most counts for both."""
+
+SOFT = frozenset({"drag", "heading"})
+"""Detectors whose alarm may have an innocent cause, a gust or a compass: it supports an
+alert and never makes one."""
+
+
+def together(nats: Mapping[str, float]) -> float:
+    """What detectors say together, nats by name: the sum, but of SHARED ones the largest."""
+    shared = [said for name, said in nats.items() if name in SHARED]
+    alone = sum(said for name, said in nats.items() if name not in SHARED)
+    return alone + max(shared, default=0.0)
+
 
 class RecentPeak:
     """The verdict with the largest margin of the last seconds, in O(1) a verdict.

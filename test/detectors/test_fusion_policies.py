@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from hijack_detect.detectors.fusion import Fusion, FusionResult
 from hijack_detect.detectors.fusion_parameters import FusionParameters
-from hijack_detect.detectors.likelihood import RATIOS, RecentPeak, odds, probability
+from hijack_detect.detectors.likelihood import RATIOS, RecentPeak, odds, probability, together
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.parameters import ParameterError
 
@@ -196,7 +196,7 @@ def test_the_probability_is_that_of_the_likelihood_ratios() -> None:
     """Ln odds = ln prior odds + Σ ln ratios; 0.1 is a prior of 1 : 9."""
     said = [verdict(name, 1, State.NORMAL, 0.6) for name in ALL]
     result = feed(calibrated(), *said)[-1]
-    ratio = math.prod(math.exp(RATIOS[name](0.6)) for name in ALL)
+    ratio = math.exp(together({name: RATIOS[name](0.6) for name in ALL}))
     assert result.confidence == pytest.approx(ratio / 9.0 / (1.0 + ratio / 9.0), rel=1e-12)
 
 
@@ -316,3 +316,21 @@ def test_the_recent_peak_is_the_largest_of_the_last_seconds(
 @given(st.floats(1e-6, 1.0 - 1e-6))
 def test_odds_and_probability_are_inverse(chance: float) -> None:
     assert probability(odds(chance)) == pytest.approx(chance, rel=1e-9)
+
+
+def test_detectors_that_both_feel_drag_count_as_one() -> None:
+    assert together({"date": 1.0, "kld": -0.5}) == 0.5
+    assert together({"date": 1.0, "coast": 2.0, "drag": 2.5}) == 3.5
+    assert together({"coast": -0.1, "drag": -0.2}) == -0.1
+    assert together({}) == 0.0
+
+
+def test_a_soft_alarm_supports_an_alert_and_never_makes_one() -> None:
+    near = RATIOS["coast"].neutral * 1.2
+    calm = fusion("default")
+    said = [verdict("drag", t, State.ALARM, 3.0) for t in (1, 2, 3)]
+    said += [verdict("coast", 3.5 + 0.1 * k, State.SUSPICIOUS, near) for k in range(9)]
+    results = feed(calm, *said)
+    assert not any(one.alert for one in results)
+    assert results[-1].state is State.SUSPICIOUS
+    assert feed(calm, *[verdict("date", 4.4 + 0.1 * k, State.ALARM) for k in range(5)])[-1].alert
