@@ -99,7 +99,7 @@ class CoastParameters(Parameters):
         high=10.0,
     )
     threshold_low: float = param(
-        2.6,
+        2.4,
         "Limit of the offset acceleration in its standard deviations, for a vehicle whose IMU and "
         "GPS agree as well as their noise allows.",
         low=1.0,

@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 
 import pytest
-from diagnostic_msgs.msg import DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from feed import GPS_NS, SATELLITES, VELOCITY, Fed, satellites, velocity
 from live import SECOND, values_of
+from rclpy.qos import qos_profile_sensor_data
 from ros import Graph
+from sensor_msgs.msg import NavSatFix
 from std_msgs.msg import Bool, Float64, UInt8
 from std_srvs.srv import Trigger
 
@@ -98,3 +100,27 @@ def test_kld_says_111_from_the_alarm_on_until_it_is_reset(graph: Graph) -> None:
     fed.good(3)
     graph.spin_until(lambda: codes.messages[-1].data == 110, "code 110")
     assert fed.process.interrupt() == 0
+
+
+def test_a_second_publisher_of_fixes_is_told_within_seconds(graph: Graph) -> None:
+    fed = Fed(graph, "gnss_sanity")
+    report = graph.listen(DiagnosticArray, "/diagnostics")
+
+    def told() -> DiagnosticStatus | None:
+        found = [s for each in report.messages for s in each.status if "publishers" in s.name]
+        return found[-1] if found else None
+
+    def at(level: bytes) -> bool:
+        last = told()
+        return last is not None and last.level == level
+
+    graph.spin_until(lambda: at(DiagnosticStatus.OK), "one publisher")
+    second = graph.node.create_publisher(NavSatFix, "gps/fix", qos_profile_sensor_data)
+    graph.spin_until(lambda: at(DiagnosticStatus.WARN), "two publishers")
+    last = told()
+    assert last is not None
+    assert "2 publishers on /gps/fix" in last.message
+    graph.node.destroy_publisher(second)
+    graph.spin_until(lambda: at(DiagnosticStatus.OK), "one publisher again")
+    assert fed.process.interrupt() == 0
+    assert "2 publishers on /gps/fix: one of them may be an attacker's" in fed.process.output
