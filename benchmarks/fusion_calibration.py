@@ -5,8 +5,9 @@
 Takes the records of benchmarks/detection_limits.py (recorded and sitl flights). A margin counts as
 the largest of 10 s: of each 10 s of clean time, and of the 10 s after each onset. For each detector
 ln LR is a straight line in the logarithm of the margin, from 0 at the margin that one clean block
-in a hundred exceeds, to the ratio of the exceedances of margin 1. Where no clean block exceeds it,
-half a block counts: a rarer alarm cannot be claimed from so many flights. Families count equally.
+in two hundred exceeds, to the ratio of the exceedances of margin 1. Where no clean block exceeds
+it, half a block counts: a rarer alarm cannot be claimed from so many flights. Families count
+equally.
 
 Prints what the table `detectors.likelihood.RATIOS` would be, then the Brier score and the
 reliability at even prior odds of the table as it is, and draws the diagram.
@@ -29,7 +30,7 @@ from hijack_detect.evaluation.scores.limit_records import BLOCK_S, WINDOWS_S, Fl
 from hijack_detect.evaluation.trials.families import CLEAN
 
 WINDOW = WINDOWS_S.index(10.0)
-RARE = 99.0
+RARE = 99.5
 """Percentile of the clean margins that says nothing."""
 LARGEST_NEUTRAL = 0.9
 LEAST = -0.1

@@ -118,7 +118,7 @@ class CoastParameters(Parameters):
         low=0.1,
         high=1000.0,
     )
-    suspicious_margin: float = param(0.65, "SUSPICIOUS from this margin on.", low=0.1, high=1.0)
+    suspicious_margin: float = param(0.85, "SUSPICIOUS from this margin on.", low=0.1, high=1.0)
     settle_s: float = param(
         20.0,
         "NOT_READY for this long after the heading became known: the noise scale is learnt.",

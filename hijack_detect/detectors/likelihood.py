@@ -38,14 +38,14 @@ class LikelihoodRatio:
 
 
 RATIOS: Mapping[str, LikelihoodRatio] = {
-    "correlation": LikelihoodRatio(1.82, 0.49, -0.05, 1.3),
-    "date": LikelihoodRatio(13.61, 0.66, -0.1, 5.6),
-    "kld": LikelihoodRatio(5.8, 0.42, -0.1, 4.97),
-    "coast": LikelihoodRatio(17.53, 0.74, -0.1, 5.23),
-    "gnss": LikelihoodRatio(10.6, 0.59, -0.1, 5.66),
-    "altitude": LikelihoodRatio(21.59, 0.79, -0.1, 5.2),
-    "heading": LikelihoodRatio(0.0, 0.28, 0.0, 0.0),
-    "drag": LikelihoodRatio(6.91, 0.68, -0.1, 2.7),
+    "correlation": LikelihoodRatio(19.94, 0.9, -0.08, 2.1),
+    "date": LikelihoodRatio(13.0, 0.69, -0.1, 4.88),
+    "kld": LikelihoodRatio(6.64, 0.47, -0.1, 5.04),
+    "coast": LikelihoodRatio(8.66, 0.54, -0.1, 5.29),
+    "gnss": LikelihoodRatio(11.17, 0.6, -0.1, 5.65),
+    "altitude": LikelihoodRatio(21.84, 0.79, -0.1, 5.11),
+    "heading": LikelihoodRatio(0.0, 0.38, 0.0, 0.0),
+    "drag": LikelihoodRatio(10.39, 0.77, -0.1, 2.7),
 }
 """By detector. Fitted on half of the flights by benchmarks/fusion_calibration.py, which see."""
 

@@ -107,7 +107,7 @@ def test_what_a_verdict_says_fits_together(judged: list[Verdict]) -> None:
         assert values["smallest_visible"] > 0.0
         assert math.isfinite(one.score)
         assert 2.4 <= one.threshold <= 3.6
-        assert (one.state is State.NORMAL) == (one.margin <= 0.65)
+        assert (one.state is State.NORMAL) == (one.margin <= 0.85)
         assert f"could see {values['smallest_visible']:.2f} m/s²" in one.reason
 
 
