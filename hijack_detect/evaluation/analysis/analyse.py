@@ -169,9 +169,10 @@ def skipped(run: OfflineRun, monitor: Monitor) -> dict[str, int]:
     counts = Counter(
         {f"{topic}: {name} out of range": n for (topic, name), n in run.rejected.counts.items()}
     )
-    for part in ("attitude", "course", "date"):
-        for reason, number in monitor.stages[part].refused.items():
-            counts[reason] = max(counts[reason], number)
+    for part, stage in monitor.stages.items():
+        if part != "fusion":
+            for reason, number in stage.refused.items():
+                counts[reason] = max(counts[reason], number)
     return dict(sorted(counts.items()))
 
 

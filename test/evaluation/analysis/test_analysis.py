@@ -30,7 +30,7 @@ from hijack_detect.evaluation.analysis.analysis import Analysis, Outcome, schema
 from hijack_detect.evaluation.ground_truth.outcome import Attack
 from hijack_detect.evaluation.monitor.policies import policy_parameters
 from hijack_detect.spoofing.scenario import load_scenario
-from hijack_detect.streams.samples import FixSample, ImuSample
+from hijack_detect.streams.samples import FixSample, ImuSample, PressureSample
 
 SCHEMA = ROOT / "docs/analysis.schema.json"
 REMAKE = (
@@ -180,6 +180,8 @@ def test_left_out_messages_are_counted_by_reason(tmp_path: Path) -> None:
         raw("/imu/data_raw", ImuSample(at + 1, (math.nan, 0.0, 0.0), (0.0, 0.0, 9.8))),
         raw("/gps/fix", FixSample(at, 91.0, 11.0, 500.0)),
         raw("/imu/data_raw", ImuSample(at - SECOND, (0.0, 0.0, 0.0), (0.0, 0.0, 9.8)), at + 2),
+        raw("/pressure", PressureSample(at, 95_000.0)),
+        raw("/pressure", PressureSample(at, 95_001.0), at + 3),
     ]
     messages = sorted([*flight(6.0), *bad], key=lambda one: one.log_ns)
     with BagReader(write(tmp_path / "bad", messages)) as reader:
@@ -188,6 +190,8 @@ def test_left_out_messages_are_counted_by_reason(tmp_path: Path) -> None:
         "/gps/fix: latitude out of range": 1,
         "/imu/data_raw: angular_velocity.x out of range": 2,
         "imu: stamp does not increase": 1,
+        "pressure: rejoining after an outage": 1,
+        "pressure: stamp does not increase": 1,
     }
 
 
