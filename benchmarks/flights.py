@@ -4,9 +4,9 @@
 
 The attack is config/scenarios/turn_away_track.yaml. Its onsets are the start of the longest
 piece of forward flight and one and two thirds into it, so they depend on no detector; attacks
-that the flight's end would cut off are left out. Prints Markdown for both policies, and for
-every false alarm of the published correlation what the default parameter set says at the same
-stamp, which is its cause.
+that the flight's end would cut off are left out. Prints Markdown for the policy `paper`, and for
+every false alarm of its correlation what the correlation with default parameters says at the
+same stamp, which is its cause.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from hijack_detect.evaluation.ground_truth.outcome import (
     detector_outcome,
 )
 from hijack_detect.evaluation.monitor.offline import OfflineRun, run_offline
-from hijack_detect.evaluation.monitor.policies import POLICIES, policy_parameters
+from hijack_detect.evaluation.monitor.policies import policy_parameters
 from hijack_detect.evaluation.scores.metrics import Proportion
 from hijack_detect.evaluation.trials.onsets import forward_flight
 from hijack_detect.spoofing.scenario import load_scenario
@@ -38,6 +38,9 @@ from hijack_detect.streams.samples import NANOSECONDS
 
 SCENARIO = Path(__file__).parent.parent / "config/scenarios/turn_away_track.yaml"
 ATTACK_S = 30.0
+POLICY = "paper"
+DETECTORS = ("correlation", "date")
+"""The columns of the tables, in this order."""
 CLEAN = "| flight | s | correlation alarms | DATE alarms | alert at s |\n|---|---|---|---|---|"
 ATTACKED = (
     "| flight | onset s | false before: correlation, DATE | correlation after | DATE after "
@@ -59,7 +62,7 @@ def alert_of(run: OfflineRun) -> int | None:
 
 def clean_row(name: str, reader: BagReader, run: OfflineRun) -> str:
     """Line of a flight without attack."""
-    alarms = [detector_outcome(v, None).false_alarms for v in run.verdicts.values()]
+    alarms = [detector_outcome(run.verdicts[one], None).false_alarms for one in DETECTORS]
     alert = alert_of(run)
     at = "–" if alert is None else f"**{(alert - run.start_ns) / NANOSECONDS:.1f}**"
     return f"| {name} | {reader.duration_s:.0f} | {alarms[0]} | {alarms[1]} | {at} |"
@@ -68,7 +71,7 @@ def clean_row(name: str, reader: BagReader, run: OfflineRun) -> str:
 def attacked_row(name: str, run: OfflineRun, attack: Attack) -> str:
     """Line of one attack."""
     assert attack.end_ns is not None
-    outcomes = [detector_outcome(v, attack) for v in run.verdicts.values()]
+    outcomes = [detector_outcome(run.verdicts[one], attack) for one in DETECTORS]
     false = ", ".join(str(outcome.false_alarms) for outcome in outcomes)
     first = [
         f"{(stamp - attack.onset_ns) / NANOSECONDS:.1f} s"
@@ -87,7 +90,7 @@ def attacked_row(name: str, run: OfflineRun, attack: Attack) -> str:
     return f"| {name} | {onset:.1f} | {false} | {first[0]} | {first[1]} | {after} | {off} |"
 
 
-def attacks(name: str, reader: BagReader, policy: str) -> Iterator[tuple[str, float | None]]:
+def attacks(name: str, reader: BagReader) -> Iterator[tuple[str, float | None]]:
     """Line of each of the three attacks, and seconds from onset to alert if it was right."""
     begin, end = longest_forward_flight(reader)
     for third in range(3):
@@ -97,7 +100,7 @@ def attacks(name: str, reader: BagReader, policy: str) -> Iterator[tuple[str, fl
         scenario = load_scenario(SCENARIO).moved_to(onset)
         start = reader.start_ns + round(onset * NANOSECONDS)
         attack = Attack(start, start + round(ATTACK_S * NANOSECONDS))
-        run = run_offline(reader, policy_parameters(policy), scenario)
+        run = run_offline(reader, policy_parameters(POLICY), scenario)
         alert = alert_of(run)
         right = alert is not None and alert_is_right(alert, attack)
         late = (alert - attack.onset_ns) / NANOSECONDS if alert is not None and right else None
@@ -141,16 +144,17 @@ def summary(times: list[float | None]) -> str:
 
 
 def flight(path: Path) -> dict[str, list[Any]]:
-    """All lines of one flight by table, and times to alert by policy."""
+    """All lines of one flight by table, and times to alert."""
     with BagReader(path) as reader:
-        runs = {policy: run_offline(reader, policy_parameters(policy)) for policy in POLICIES}
-        rows = {f"clean {p}": [clean_row(path.name, reader, run)] for p, run in runs.items()}
-        for policy in POLICIES:
-            lines = list(attacks(path.name, reader, policy))
-            rows[f"attacked {policy}"] = [line for line, _ in lines]
-            rows[f"times {policy}"] = [time for _, time in lines]
-        rows["causes"] = [f"| {path.name} | {causes(runs['paper'], runs['default'])} |"]
-    return rows
+        paper = run_offline(reader, policy_parameters(POLICY))
+        default = run_offline(reader, policy_parameters("default"))
+        lines = list(attacks(path.name, reader))
+        return {
+            "clean": [clean_row(path.name, reader, paper)],
+            "attacked": [line for line, _ in lines],
+            "times": [time for _, time in lines],
+            "causes": [f"| {path.name} | {causes(paper, default)} |"],
+        }
 
 
 @click.command()
@@ -162,12 +166,11 @@ def main(folder: Path, match: tuple[str, ...]) -> None:
     paths = sorted(p for p in wanted if p.is_dir())
     with Pool() as pool:
         flights = pool.map(flight, paths, chunksize=1)
-    for policy in POLICIES:
-        for kind, header in (("clean", CLEAN), ("attacked", ATTACKED)):
-            print(f"\n#### {kind.capitalize()}, policy `{policy}`\n\n{header}")
-            print("\n".join(row for rows in flights for row in rows[f"{kind} {policy}"]))
-        print("\n" + summary([time for rows in flights for time in rows[f"times {policy}"]]))
-    print(f"\n#### Causes of the published correlation's false alarms\n\n{CAUSES}")
+    for kind, header in (("clean", CLEAN), ("attacked", ATTACKED)):
+        print(f"\n### {kind.capitalize()}, policy `{POLICY}`\n\n{header}")
+        print("\n".join(row for rows in flights for row in rows[kind]))
+    print("\n" + summary([time for rows in flights for time in rows["times"]]))
+    print(f"\n### Causes of the published correlation's false alarms\n\n{CAUSES}")
     print("\n".join(row for rows in flights for row in rows["causes"]))
 
 
