@@ -56,7 +56,7 @@ def attitude(t: float, turn_rate: float = 0.3) -> tuple[float, float, float, flo
     felt = -SIZES * RATES**2 * np.sin(RATES * t) + [0.0, 0.0, GRAVITY]
     through = velocity(t) - [*WALKED, 0.0]
     q = heading
-    for _ in range(20):  # the tilt decides the drag along the axes, and drag the tilt
+    for _ in range(6):  # the tilt decides the drag along the axes, and drag the tilt
         body = matrix(q).T
         air = (body @ through)[:2]
         speed = math.hypot(*air)
@@ -72,16 +72,17 @@ def fly(ekf: AirEkf, seconds: float, seed: int = 1) -> None:
     rng = np.random.default_rng(seed)
     dt = 0.02
     ekf.attitude = attitude(0.0)
+    after = matrix(ekf.attitude)
     for step in range(round(seconds / 0.2)):
         rates, forces = [], []
         for k in range(10):
             t = 0.2 * step + dt * k
-            a, b = matrix(attitude(t)), matrix(attitude(t + dt))
-            half = a.T @ b
-            rates.append([half[2, 1], half[0, 2], half[1, 0]] / np.array(dt))
+            before, after = after, matrix(attitude(t + dt))
+            turned = before.T @ after
+            rates.append([turned[2, 1], turned[0, 2], turned[1, 0]] / np.array(dt))
             middle = t + 0.5 * dt
             felt = -SIZES * RATES**2 * np.sin(RATES * middle) + [0.0, 0.0, GRAVITY]
-            forces.append(matrix(attitude(middle)).T @ felt)
+            forces.append(0.5 * (before + after).T @ felt)
         noise = 0.05 * rng.normal(size=(10, 3))
         ekf.propagate(ImuBlock(np.full(10, dt), np.array(rates), np.array(forces) + noise))
         t = 0.2 * (step + 1)
