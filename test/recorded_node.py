@@ -110,7 +110,8 @@ class Recorded:
             self._send("fusion/verdict", told(self.stamp_ns, alert=False), GPS_NS)
             return self.select("SELECT coalesce(max(session), 0) FROM alerts") > [before]
 
-        self.graph.spin_until(heard, "a row of the new session")
+        # A killed participant is forgotten after 20 s only, and may hold the new one up until then.
+        self.graph.spin_until(heard, "a row of the new session", timeout_s=60.0)
 
     def publisher(self, topic: str) -> Any:
         """The publisher of a topic of the flight."""

@@ -28,7 +28,7 @@ FLOATS = {
     "gps_angle": ("min_speed", -1.0, "[0.0, 50.0] m/s"),
     "correlation_detector": ("mu_deg", 200.0, "[0.1, 180.0] deg"),
     "date_detector": ("threshold", 0.0, "[0.05, 50.0] m/s²"),
-    "coast_detector": ("longest_s", 37.0, "[1.0, 36.0] s"),
+    "coast_detector": ("longest_s", 37.0, "[3.0, 36.0] s"),
     "gnss_sanity": ("jump_alarm_m", 0.0, "[0.5, 10000.0] m"),
     "altitude_detector": ("baro_step_m", 0.0, "[0.1, 100.0] m"),
     "heading_detector": ("course_deg", 181.0, "[1.0, 180.0] deg"),
