@@ -17,7 +17,7 @@ from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.estimation.air_ekf import SIZE, WIND, AirEkf
 from hijack_detect.estimation.attitude import AttitudeEstimator
 from hijack_detect.estimation.attitude_parameters import AttitudeParameters
-from hijack_detect.estimation.drag_filter import DragNoise
+from hijack_detect.estimation.drag_noise import DragNoise
 from hijack_detect.estimation.ekf import Ekf, ProcessNoise
 from hijack_detect.estimation.lag_ekf import ModelErrors, Propagated
 from hijack_detect.estimation.rotation import Array

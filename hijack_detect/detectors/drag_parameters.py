@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hijack_detect.detectors.input_watch import patience
-from hijack_detect.estimation.drag_filter import DragNoise
+from hijack_detect.estimation.drag_noise import DragNoise
 from hijack_detect.parameters import Parameters, param
 
 

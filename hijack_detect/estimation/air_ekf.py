@@ -11,8 +11,8 @@ import math
 
 import numpy as np
 
-from hijack_detect.estimation.drag_filter import HUBER, DragNoise
 from hijack_detect.estimation.drag_model import SMALLEST_DRAG, drag_force
+from hijack_detect.estimation.drag_noise import DragNoise, ForceNoise
 from hijack_detect.estimation.ekf import ACCEL_BIAS, ATTITUDE, VELOCITY, ImuBlock, ProcessNoise
 from hijack_detect.estimation.lag_ekf import LagEkf, ModelErrors
 from hijack_detect.estimation.rotation import Array, matrix, skew
@@ -26,8 +26,6 @@ SHORTEST_S, LONGEST_S = 0.15, 1.1
 vehicle moved."""
 MAX_HEADING_SIGMA = math.radians(20.0)
 """Until the heading is known as well as this, a wind has no direction."""
-MEMORY_S = 30.0
-"""Of how well drag explains the force of this vehicle."""
 
 
 class AirEkf(LagEkf):
@@ -42,16 +40,19 @@ class AirEkf(LagEkf):
         air: DragNoise,
     ) -> None:
         """See LagEkf; `air` is what is assumed of wind and drag."""
-        behind = (air.wind, air.wind, air.drag[1], air.quadratic[1], air.bias, air.bias)
-        super().__init__(attitude, sigmas, noise, errors, behind)
-        self._air = air
+        super().__init__(attitude, sigmas, noise, errors, air.sigmas)
+        self._walk = np.diag(np.square(air.walks))
+        self._force = ForceNoise(air)
         self.wind: Array = np.zeros(2)
         self.drag: Array = np.array([air.drag[0], air.quadratic[0]])
         self.tilt: Array = np.zeros(2)
-        self.residual = air.first_residual
-        """Root mean square of the force about the model, m/s²."""
         self._impulse: Array = np.zeros(2)
         self._seconds = 0.0
+
+    @property
+    def residual(self) -> float:
+        """Root mean square of the force about the model, see ForceNoise, m/s²."""
+        return self._force.residual
 
     def propagate(self, block: ImuBlock) -> None:
         """See Ekf."""
@@ -61,9 +62,8 @@ class AirEkf(LagEkf):
 
     def process_noise(self, block: ImuBlock, force: Array) -> Array:
         """See LagEkf."""
-        noise, air = super().process_noise(block, force), self._air
-        walks = [air.wind_walk, air.wind_walk, air.drag_walk, 0.0, air.bias_walk, air.bias_walk]
-        noise[WIND.start :, WIND.start :] = np.diag(np.square(walks)) * float(np.sum(block.dt))
+        noise = super().process_noise(block, force)
+        noise[WIND.start :, WIND.start :] = self._walk * float(np.sum(block.dt))
         return noise
 
     def update(self, h: Array, residual: Array, r: Array) -> float:
@@ -91,20 +91,8 @@ class AirEkf(LagEkf):
         h[:, DRAG] = by_drag[0]
         h[:, TILT] = np.eye(2)
         innovation = force - expected[0] - self.tilt - self.accel_bias[:2]
-        r = self._variance(h, innovation, seconds)
-        super().update(h, innovation, np.full(2, r))
-
-    def _variance(self, h: Array, innovation: Array, seconds: float) -> float:
-        """Noise of the force, larger for an outlier; what is left of it is learnt."""
         spread = h @ self.covariance @ h.T
-        r, eye = self._air.variance(self.residual, seconds), np.eye(2)
-        size = math.sqrt(0.5 * float(innovation @ np.linalg.solve(spread + r * eye, innovation)))
-        r *= max(1.0, size / HUBER)
-        left = r * np.linalg.solve(spread + r * eye, innovation)
-        square = min(0.5 * float(left @ left), (4.0 * self.residual) ** 2)
-        memory = min(1.0, seconds / MEMORY_S)
-        self.residual = math.sqrt(self.residual**2 + memory * (square - self.residual**2))
-        return r
+        super().update(h, innovation, np.full(2, self._force.variance(spread, innovation, seconds)))
 
     def _inject(self, error: Array) -> None:
         super()._inject(error)

@@ -2,9 +2,8 @@
 
     f = -(k + q |a|) a + b,    a = V - A w
 
-in body x and y: specific force f, velocity over ground V, wind w (East, North) turned by A, drag
-k (1/s) and q (1/m), and bias b, which is also what a tilted mounting of the sensor adds. Rotors
-and frame resist the air; thrust has no part along x and y, so neither have tilt and acceleration.
+in body x and y (`drag_model`): specific force f, velocity over ground V, wind w (East, North)
+turned by A, and bias b, which is also what a tilted mounting of the sensor adds.
 """
 
 from __future__ import annotations
@@ -16,13 +15,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from hijack_detect.estimation.drag_model import SMALLEST_DRAG, drag_force
+from hijack_detect.estimation.drag_noise import HUBER, DragNoise, ForceNoise
 from hijack_detect.estimation.rotation import Array
 
 WIND, DRAG, QUADRATIC, BIAS = slice(0, 2), 2, 3, slice(4, 6)
 """Where the state holds what."""
 ITERATIONS = 3
-HUBER = 2.0
-"""Residuals beyond so many standard deviations count linearly: gusts and bad samples."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,39 +40,6 @@ class AirBlock:
     turn: Array
     velocity: Array
     force: Array
-
-
-@dataclass(frozen=True)
-class DragNoise:
-    """What the filter assumes; standard deviations, walks are per square root of a second.
-
-    Attributes:
-        force: Of the force of one block about the model, at least, m/s².
-        first_residual: The same, before it is measured, m/s².
-        correlation_s: How long a gust keeps such an error.
-        wind: First wind, m/s.
-        drag: Mean and deviation of the first k, 1/s.
-        quadratic: Mean and deviation of the first q, 1/m.
-        bias: First bias, m/s².
-        wind_walk: m/s.
-        drag_walk: 1/s.
-        bias_walk: m/s².
-    """
-
-    force: float = 0.08
-    first_residual: float = 0.25
-    correlation_s: float = 1.0
-    wind: float = 6.0
-    drag: tuple[float, float] = (0.25, 0.08)
-    quadratic: tuple[float, float] = (0.0, 0.01)
-    bias: float = 0.2
-    wind_walk: float = 0.15
-    drag_walk: float = 0.002
-    bias_walk: float = 0.005
-
-    def variance(self, residual: float, seconds: float) -> float:
-        """Variance of the force of a block, of which so many follow within one gust."""
-        return max(self.force, residual) ** 2 * max(1.0, 2.0 * self.correlation_s / seconds)
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,26 +80,27 @@ class DragFilter:
     Attributes:
         state: Shape (6,).
         covariance: Shape (6, 6).
-        residual: Root mean square of the force about the model over the last half minute, m/s².
     """
-
-    MEMORY_S = 30.0
 
     def __init__(self, noise: DragNoise) -> None:
         """Start with what is known of any multirotor."""
         self._noise = n = noise
         self.state: Array = np.array([0.0, 0.0, n.drag[0], n.quadratic[0], 0.0, 0.0])
-        sigmas = [n.wind, n.wind, n.drag[1], n.quadratic[1], n.bias, n.bias]
-        self.covariance: Array = np.diag(np.square(sigmas))
-        self.residual = n.first_residual
-        self._walk = np.diag(np.square([n.wind_walk] * 2 + [n.drag_walk, 0.0] + [n.bias_walk] * 2))
+        self.covariance: Array = np.diag(np.square(n.sigmas))
+        self._force = ForceNoise(n)
+        self._walk = np.diag(np.square(n.walks))
 
     def copy(self) -> DragFilter:
         """A filter that goes on from here by itself."""
         other = DragFilter(self._noise)
         other.state, other.covariance = self.state, self.covariance
-        other.residual = self.residual
+        other._force.residual = self.residual
         return other
+
+    @property
+    def residual(self) -> float:
+        """Root mean square of the force about the model, see ForceNoise, m/s²."""
+        return self._force.residual
 
     @property
     def wind_speed(self) -> float:
@@ -163,23 +129,15 @@ class DragFilter:
         residual, h = _linearized(
             self.state, block.turn[None], block.velocity[None], block.force[None]
         )
-        memory = min(1.0, block.seconds / self.MEMORY_S)
-        r = self._noise.variance(self.residual, block.seconds)
         innovation = residual[0]
-        s = h[0] @ self.covariance @ h[0].T + r * np.eye(2)
-        size = math.sqrt(0.5 * float(innovation @ np.linalg.solve(s, innovation)))
-        if size > HUBER:
-            s += r * (size / HUBER - 1.0) * np.eye(2)
+        spread = h[0] @ self.covariance @ h[0].T
+        s = spread + self._force.variance(spread, innovation, block.seconds) * np.eye(2)
         gain = np.linalg.solve(s, h[0] @ self.covariance).T
         self.state = self.state + gain @ innovation
         self.state[DRAG] = max(float(self.state[DRAG]), SMALLEST_DRAG)
         reduced = np.eye(6) - gain @ h[0]
         covariance = reduced @ self.covariance
         self.covariance = 0.5 * (covariance + covariance.T)
-        after = innovation - h[0] @ (gain @ innovation)
-        limit = (4.0 * self.residual) ** 2
-        square = min(0.5 * float(after @ after), limit)
-        self.residual = math.sqrt(self.residual**2 + memory * (square - self.residual**2))
 
     def wind_change(self, blocks: Sequence[AirBlock], prior: float) -> WindChange:
         """The change of wind between this filter and later blocks, drag and bias kept.

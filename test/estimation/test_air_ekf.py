@@ -9,8 +9,8 @@ import numpy.typing as npt
 import pytest
 
 from hijack_detect.estimation.air_ekf import DRAG, SIZE, TILT, WIND, AirEkf
-from hijack_detect.estimation.drag_filter import DragNoise
 from hijack_detect.estimation.drag_model import SMALLEST_DRAG
+from hijack_detect.estimation.drag_noise import DragNoise
 from hijack_detect.estimation.ekf import (
     ACCEL_BIAS,
     ATTITUDE,

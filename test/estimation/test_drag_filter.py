@@ -6,7 +6,8 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from hijack_detect.estimation.drag_filter import BIAS, DRAG, WIND, AirBlock, DragFilter, DragNoise
+from hijack_detect.estimation.drag_filter import BIAS, DRAG, WIND, AirBlock, DragFilter
+from hijack_detect.estimation.drag_noise import DragNoise
 
 Vector = npt.NDArray[np.float64]
 
