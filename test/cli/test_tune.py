@@ -30,15 +30,17 @@ def corpus(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.slow
 def test_it_writes_parameters_that_the_nodes_take(corpus: Path, tmp_path: Path) -> None:
-    file = tmp_path / "tuned.yaml"
-    done = hijack_detect("tune", corpus, "-o", file, "--scenario", "none", "--jobs", "1")
-    assert done.returncode == 0, done.stderr
-    assert len(done.stderr.splitlines()) == 1
-    assert "broken.mcap" in done.stderr
-    tuned, default = load_parameters(file), policy_parameters("default")
+    files = [tmp_path / "one.yaml", tmp_path / "two.yaml"]
+    for file in files:
+        done = hijack_detect("tune", corpus, "-o", file, "--scenario", "none", "--jobs", "1")
+        assert done.returncode == 0, done.stderr
+        assert len(done.stderr.splitlines()) == 1
+        assert "broken.mcap" in done.stderr
+    assert files[0].read_bytes() == files[1].read_bytes()
+    tuned, default = load_parameters(files[0]), policy_parameters("default")
     assert tuned.date.threshold != default.date.threshold
     assert tuned.fusion == default.fusion
-    text = file.read_text(encoding="utf-8")
+    text = files[0].read_text(encoding="utf-8")
     assert text.startswith("# Parameters of hijack_detect, policy `default`, tuned by")
     for said in ("Flights: clean (0.03 h", "Requested: 1 false alarm", "1/1 100.0 %"):
         assert said in text

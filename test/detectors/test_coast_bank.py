@@ -10,17 +10,16 @@ from collections.abc import Iterable
 import numpy as np
 import numpy.typing as npt
 import pytest
+from filter_start import LEVEL, NOISE, SIGMAS
 from scipy.linalg import block_diag
 from scipy.stats import chi2
 
 from hijack_detect.detectors.coast_bank import Change, CoastBank, Offsets
-from hijack_detect.estimation.ekf import GRAVITY, POSITION, VELOCITY, ImuBlock, ProcessNoise
+from hijack_detect.estimation.ekf import GRAVITY, POSITION, VELOCITY, ImuBlock
 from hijack_detect.estimation.lag_ekf import SIZE, LagEkf, Measured, ModelErrors, Propagated
 
 Array = npt.NDArray[np.float64]
 Step = Propagated | Measured
-SIGMAS = np.array([1.0] * 3 + [0.5] * 3 + [0.05, 0.05, 0.2] + [0.1] * 3 + [0.005] * 3)
-NOISE = ProcessNoise(accel=0.1, gyro=0.003, accel_bias=0.005, gyro_bias=0.0007)
 START = Propagated(0.0, np.eye(SIZE))
 """Begins the first onset."""
 
@@ -51,18 +50,31 @@ def random_steps(seed: int, count: int = 20) -> list[Step]:
     return made
 
 
-def innovations(steps: list[Step], acceleration: Array, onset_s: float = 0.0) -> list[Array]:
-    """What an offset acceleration from an onset on shows in a filter whose innovations were 0."""
+def innovations(
+    steps: list[Step],
+    acceleration: Array,
+    onset_s: float = 0.0,
+    *,
+    step: float = 0.0,
+    ramp: float = 0.0,
+) -> list[Array]:
+    """What an offset acceleration from an onset on shows in a filter whose innovations were 0.
+
+    From the start on state 7 may step and ramp: it is wrong by as much as it has changed, and the
+    filter mends what it can.
+    """
     error, now, shown = np.zeros(SIZE), 0.0, []
-    for step in steps:
-        if isinstance(step, Propagated):
-            error, now = step.transition @ error, now + step.dt_s
+    error[7] = step
+    for one in steps:
+        if isinstance(one, Propagated):
+            error, now = one.transition @ error, now + one.dt_s
+            error[7] += ramp * one.dt_s
             continue
         offset, age = np.zeros(3), max(0.0, now - onset_s)
-        if step.block is not None:
-            offset[:2] = acceleration * (0.5 * age**2 if step.block is POSITION else age)
-        innovation = offset - step.h @ error
-        error = error + step.gain @ innovation
+        if one.block is not None:
+            offset[:2] = acceleration * (0.5 * age**2 if one.block is POSITION else age)
+        innovation = offset - one.h @ error
+        error = error + one.gain @ innovation
         shown.append(innovation)
     return shown
 
@@ -146,7 +158,7 @@ def test_by_chance_it_finds_what_its_deviation_says() -> None:
 
 def flown(acceleration: Array, onset_s: float, seconds: float) -> list[Step]:
     """Steps of a real filter in a noiseless flight in circles, deceived from an onset on."""
-    ekf = LagEkf((0.0, 0.0, 0.0, 1.0), SIGMAS, NOISE, ModelErrors())
+    ekf = LagEkf(LEVEL, SIGMAS, NOISE, ModelErrors())
     radius, rate = 15.0, 0.4
     ekf.velocity = np.array([0.0, radius * rate, 0.0])
     compass = np.zeros((1, SIZE))
@@ -273,31 +285,10 @@ def test_an_error_of_the_height_is_no_offset() -> None:
     np.testing.assert_array_equal(found.acceleration, np.zeros((1, 2)))
 
 
-def stepped(steps: list[Step], acceleration: Array, step: float, ramp: float) -> list[Array]:
-    """What an offset acceleration shows while state 7 steps and ramps, all from the start on.
-
-    The state is wrong by as much as it has changed, and the filter mends what it can.
-    """
-    error, now, shown = np.zeros(SIZE), 0.0, []
-    error[7] = step
-    for one in steps:
-        if isinstance(one, Propagated):
-            error, now = one.transition @ error, now + one.dt_s
-            error[7] += ramp * one.dt_s
-            continue
-        offset = np.zeros(3)
-        if one.block is not None:
-            offset[:2] = acceleration * (0.5 * now**2 if one.block is POSITION else now)
-        innovation = offset - one.h @ error
-        error = error + one.gain @ innovation
-        shown.append(innovation)
-    return shown
-
-
 @pytest.mark.parametrize("seed", range(3))
 def test_a_state_that_may_change_is_no_offset(seed: int) -> None:
     steps, acceleration = random_steps(seed), np.array([0.7, -1.2])
-    changed = with_innovations(steps, stepped(steps, acceleration, 2.0, -0.5))
+    changed = with_innovations(steps, innovations(steps, acceleration, step=2.0, ramp=-0.5))
     bank = CoastBank(SIZE, 1.0, 9.0, 100.0, {7: Change(1e3, 1e3)})
     still = follow(bank, [START, *changed])
     free = bank.offsets(changed=True)

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 import pytest
+from filter_start import LEVEL, NOISE, SIGMAS
 
 from hijack_detect.estimation.air_ekf import DRAG, SIZE, TILT, WIND, AirEkf
 from hijack_detect.estimation.drag_model import SMALLEST_DRAG
@@ -18,15 +19,11 @@ from hijack_detect.estimation.ekf import (
     POSITION,
     VELOCITY,
     ImuBlock,
-    ProcessNoise,
 )
 from hijack_detect.estimation.lag_ekf import LagEkf, Measured, ModelErrors
 from hijack_detect.estimation.rotation import exponential, matrix, multiply
 
 Array = npt.NDArray[np.float64]
-LEVEL = (0.0, 0.0, 0.0, 1.0)
-SIGMAS = np.array([1.0] * 3 + [0.5] * 3 + [0.05, 0.05, 0.2] + [0.1] * 3 + [0.005] * 3)
-NOISE = ProcessNoise(accel=0.1, gyro=0.003, accel_bias=0.005, gyro_bias=0.0007)
 SIZES, RATES = np.array([20.0, 10.0, 0.0]), np.array([0.4, 0.8, 0.0])
 """A figure of eight: metres and rad/s."""
 WALKED = np.array([-3.0, 2.0])

@@ -6,6 +6,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 import pytest
+from filter_start import LEVEL, NOISE, SIGMAS
 
 from hijack_detect.estimation.ekf import (
     ACCEL_BIAS,
@@ -16,7 +17,6 @@ from hijack_detect.estimation.ekf import (
     VELOCITY,
     Ekf,
     ImuBlock,
-    ProcessNoise,
 )
 from hijack_detect.estimation.lag_ekf import (
     POSITION_LAG,
@@ -30,9 +30,6 @@ from hijack_detect.estimation.lag_ekf import (
 )
 
 Array = npt.NDArray[np.float64]
-LEVEL = (0.0, 0.0, 0.0, 1.0)
-SIGMAS = np.array([1.0] * 3 + [0.5] * 3 + [0.05, 0.05, 0.2] + [0.1] * 3 + [0.005] * 3)
-NOISE = ProcessNoise(accel=0.1, gyro=0.003, accel_bias=0.005, gyro_bias=0.0007)
 NONE = ModelErrors(
     lag_sigma_s=0.0,
     lag_walk=0.0,

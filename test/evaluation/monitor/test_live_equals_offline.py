@@ -34,6 +34,7 @@ LAST_S = 5.0
     ("bag", "policy", "rate", "duration_s"),
     [
         pytest.param(OWN, "default", 4.0, 0.0, id="own-default-4x"),
+        pytest.param(OWN, "paper", 5.0, 0.0, id="own-paper-5x"),
         pytest.param(SIMULATED, "default", 5.0, 90.0, id="simulated-default-5x"),
         pytest.param(REAL, "paper", 5.0, 90.0, id="real-paper-5x"),
     ],
