@@ -31,6 +31,7 @@ from hijack_detect.evaluation.ground_truth.outcome import (
 )
 from hijack_detect.evaluation.monitor.offline import OfflineRun, run_offline
 from hijack_detect.evaluation.monitor.policies import policy_parameters
+from hijack_detect.evaluation.scores.methods import PAIR
 from hijack_detect.evaluation.scores.metrics import Proportion
 from hijack_detect.evaluation.trials.onsets import forward_flight
 from hijack_detect.spoofing.scenario import load_scenario
@@ -39,8 +40,6 @@ from hijack_detect.streams.samples import NANOSECONDS
 SCENARIO = Path(__file__).parent.parent / "config/scenarios/turn_away_track.yaml"
 ATTACK_S = 30.0
 POLICY = "paper"
-DETECTORS = ("correlation", "date")
-"""The columns of the tables, in this order."""
 CLEAN = "| flight | s | correlation alarms | DATE alarms | alert at s |\n|---|---|---|---|---|"
 ATTACKED = (
     "| flight | onset s | false before: correlation, DATE | correlation after | DATE after "
@@ -62,7 +61,7 @@ def alert_of(run: OfflineRun) -> int | None:
 
 def clean_row(name: str, reader: BagReader, run: OfflineRun) -> str:
     """Line of a flight without attack."""
-    alarms = [detector_outcome(run.verdicts[one], None).false_alarms for one in DETECTORS]
+    alarms = [detector_outcome(run.verdicts[one], None).false_alarms for one in PAIR]
     alert = alert_of(run)
     at = "–" if alert is None else f"**{(alert - run.start_ns) / NANOSECONDS:.1f}**"
     return f"| {name} | {reader.duration_s:.0f} | {alarms[0]} | {alarms[1]} | {at} |"
@@ -71,7 +70,7 @@ def clean_row(name: str, reader: BagReader, run: OfflineRun) -> str:
 def attacked_row(name: str, run: OfflineRun, attack: Attack) -> str:
     """Line of one attack."""
     assert attack.end_ns is not None
-    outcomes = [detector_outcome(run.verdicts[one], attack) for one in DETECTORS]
+    outcomes = [detector_outcome(run.verdicts[one], attack) for one in PAIR]
     false = ", ".join(str(outcome.false_alarms) for outcome in outcomes)
     first = [
         f"{(stamp - attack.onset_ns) / NANOSECONDS:.1f} s"

@@ -37,8 +37,8 @@ LEAST = -0.1
 """A quiet detector never says more for the GPS than this: most are blind to most attacks."""
 FAULT_S = {"inertialnav__f450_glitch": 110.0}
 """Recorded flights with a fault of the receiver, and when it begins: not clean from there on."""
-SOFT = {"drag": 2.7}
-"""The most that a detector may say whose alarm has an innocent cause: a gust front."""
+MOST = {"drag": 2.7}
+"""The most that a detector may say whose alarm is soft and not rare: a gust front."""
 BINS = (0.0, 0.02, 0.1, 0.3, 0.5, 0.7, 0.9, 0.98, 1.0)
 
 Margins = Mapping[str, float]
@@ -122,7 +122,7 @@ def main(results: Path, figure: Path) -> None:
         name: ratio(
             [one[name] for one in clean["A"]],
             [(one[name], w) for one, w in attacked["A"]],
-            SOFT.get(name, math.inf),
+            MOST.get(name, math.inf),
         )
         for name in names
     }

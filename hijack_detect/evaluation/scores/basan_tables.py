@@ -36,6 +36,7 @@ def attack_table(evaluation: Evaluation) -> TextTable:
         _detection(mode, method, [one for one in evaluation.flights if one.kind == mode])
         for mode in MODES
         for method in METHODS
+        if method in evaluation.methods
     ]
     columns = (
         "attack",
