@@ -153,7 +153,7 @@ class CoastDetector:
         return np.sqrt(variance)
 
     def _learn(self, stamp_ns: int, offsets: Offsets) -> None:
-        if len(offsets.whitened):
+        if len(offsets.age_s):
             self._scale.add(stamp_ns, float(np.mean(offsets.whitened)))
 
     def _violent(self, stamp_ns: int) -> bool:

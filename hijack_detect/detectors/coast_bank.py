@@ -31,19 +31,30 @@ class Offsets:
     Attributes:
         age_s: Time since the assumed onset, s, shape (n,).
         acceleration: East and North, m/s², shape (n, 2).
-        sigma: Its standard deviation by the filter's own error model, m/s², shape (n,).
-        whitened: Square of the acceleration in standard deviations, mean of the two axes, (n,).
+        covariance: By the filter's own error model, (m/s²)², shape (n, 2, 2).
     """
 
     age_s: Array
     acceleration: Array
-    sigma: Array
-    whitened: Array
+    covariance: Array
 
     @property
     def size(self) -> Array:
         """Length of the acceleration, m/s², shape (n,)."""
         return np.hypot(self.acceleration[:, 0], self.acceleration[:, 1])
+
+    @property
+    def sigma(self) -> Array:
+        """Standard deviation of the acceleration, m/s², shape (n,)."""
+        deviation: Array = np.sqrt(0.5 * np.trace(self.covariance, axis1=1, axis2=2))
+        return deviation
+
+    @property
+    def whitened(self) -> Array:
+        """Square of the acceleration in standard deviations, mean of the two axes, (n,)."""
+        unit = np.linalg.solve(self.covariance, self.acceleration[:, :, None])[:, :, 0]
+        mean: Array = 0.5 * np.einsum("ni,ni->n", unit, self.acceleration)
+        return mean
 
 
 class CoastBank:
@@ -125,10 +136,7 @@ class CoastBank:
     def offsets(self, *, changed: bool = False) -> Offsets:
         """The most likely offsets now; `changed` lets the states change as they may."""
         at, n = self._age >= self._youngest, len(self._prior) if changed else AXES
-        joint = np.linalg.inv((self._c[at] + self._prior)[:, :n, :n])
+        information = (self._c[at] + self._prior)[:, :n, :n]
+        joint = np.asarray(np.linalg.inv(information), dtype=float)
         acceleration = np.einsum("nij,nj->ni", joint, self._d[at][:, :n])[:, :AXES]
-        covariance = joint[:, :AXES, :AXES]
-        unit = np.linalg.solve(covariance, acceleration[:, :, None])[:, :, 0]
-        whitened = 0.5 * np.einsum("ni,ni->n", unit, acceleration)
-        sigma = np.sqrt(0.5 * np.trace(covariance, axis1=1, axis2=2))
-        return Offsets(self._age[at], acceleration, sigma, whitened)
+        return Offsets(self._age[at], acceleration, joint[:, :AXES, :AXES])
