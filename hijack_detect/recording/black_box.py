@@ -3,8 +3,9 @@
 The log time of a message is its stamp, and never less than that of the message before of its topic.
 One with a broken stamp has the time of the one before; one without a header, or of a sensor with a
 clock of its own, that of the recording, which is the newest stamp of all. A snapshot is in order of
-log time. So a flight replayed at four times its speed gives the same seconds in the same order,
-however late one topic arrives after another.
+log time. What the fusion has not judged yet is kept, as far as the memory reaches. So a flight
+replayed faster than the monitor can follow gives the same seconds in the same order, however late
+one topic arrives after another.
 """
 
 from __future__ import annotations
@@ -18,14 +19,18 @@ from hijack_detect.recording.cdr import header_stamp_ns
 from hijack_detect.recording.parameters import MEGABYTE, RecorderParameters
 from hijack_detect.recording.ring import Ring, size_of
 from hijack_detect.recording.snapshot import Snapshot
+from hijack_detect.recording.source import FUSION
 from hijack_detect.recording.stamp_clock import StampClock
 from hijack_detect.streams.samples import NANOSECONDS
 
 SLACK_S = 30.0
-"""Kept longer than `before_s`: an alert arrives later than its stamp, in a fast replay by more than
-ten seconds of the flight. A stamp this far from the others is that of another clock."""
+"""Kept longer than `before_s`, and waited for a fusion that falls silent after an alert."""
+LATE_S = 120.0
+"""The most that the fusion is waited for: in a fast replay its verdicts arrive many seconds of the
+flight after their stamps. A stamp this far from the others is that of another clock."""
 GRACE_S = 2.0
-"""Waited, on stamps, for what arrives after the end of a snapshot and belongs into it."""
+"""Waited, on the stamps of the fusion, for what arrives after the end of a snapshot and belongs
+into it."""
 QUIET_S = 5.0
 """A snapshot is finished when nothing has arrived for so long, by the wall clock."""
 _EPOCH = datetime(1970, 1, 1, tzinfo=timezone.utc)
@@ -61,6 +66,7 @@ class BlackBox:
             unused: Makes the name of a snapshot one that is not in use.
         """
         self._slack_ns = round(SLACK_S * NANOSECONDS)
+        self._late_ns = round(LATE_S * NANOSECONDS)
         self._grace_ns = round(GRACE_S * NANOSECONDS)
         self._before_ns = round(parameters.before_s * NANOSECONDS)
         self._after_ns = round(parameters.after_s * NANOSECONDS)
@@ -69,6 +75,7 @@ class BlackBox:
         self._clock = StampClock()
         self.ring = Ring(parameters.before_s + SLACK_S, self._max_bytes)
         self._logged_ns: dict[str, int] = {}
+        self._judged_ns: int | None = None
         self._pending: _Pending | None = None
         self._finished: list[Snapshot] = []
         self._heard_s = 0.0
@@ -112,10 +119,15 @@ class BlackBox:
             self.finish()
             self.ring.clear()
             self._logged_ns.clear()
+            self._judged_ns = None
         now_ns = self._clock.now_ns
         if now_ns is None:
             return None
         log_ns = self._logged_ns[topic] = self._log_time(topic, stamp_ns, now_ns, stamped=stamped)
+        if name == FUSION:
+            self._judged_ns = stamp_ns
+        if self._judged_ns is not None:
+            self.ring.hold(max(self._judged_ns, now_ns - self._late_ns))
         self._keep(RawMessage(topic, msgtype, log_ns, data), now_ns)
         return stamp_ns
 
@@ -168,7 +180,7 @@ class BlackBox:
 
     def _log_time(self, topic: str, stamp_ns: int | None, now_ns: int, *, stamped: bool) -> int:
         before_ns = self._logged_ns.get(topic)
-        if stamp_ns is not None and abs(stamp_ns - now_ns) <= self._slack_ns:
+        if stamp_ns is not None and abs(stamp_ns - now_ns) <= self._late_ns:
             return stamp_ns if before_ns is None else max(stamp_ns, before_ns)
         broken = stamped and stamp_ns is None
         return before_ns if broken and before_ns is not None else now_ns
@@ -179,12 +191,16 @@ class BlackBox:
         if pending is None:
             return
         size = size_of(message)
-        over = now_ns > pending.until_ns + self._grace_ns
-        if over or pending.after_bytes + size > self._max_bytes:
+        if self._over(pending.until_ns, now_ns) or pending.after_bytes + size > self._max_bytes:
             self.finish()
             return
         pending.messages.append(message)
         pending.after_bytes += size
+
+    def _over(self, until_ns: int, now_ns: int) -> bool:
+        """Whether nothing is waited for any more that would belong before `until_ns`."""
+        judged_ns = now_ns if self._judged_ns is None else self._judged_ns
+        return judged_ns > until_ns + self._grace_ns or now_ns > until_ns + self._slack_ns
 
 
 def snapshot_name(alert_ns: int) -> str:

@@ -20,8 +20,10 @@ def size_of(message: RawMessage) -> int:
 class Ring:
     """Keeps messages of the last seconds, and never more than so many bytes.
 
-    Messages leave in the order in which they came. Their log times may be out of order by as much
-    as one topic arrives later than another; old ones then leave later by as much.
+    Whoever judges the messages may be late: `hold` keeps those that it has not come to yet, and
+    the seconds before them. Messages leave in the order in which they came. Their log times may be
+    out of order by as much as one topic arrives later than another; old ones then leave later by
+    as much.
 
     Attributes:
         size: Memory of the messages, bytes.
@@ -34,6 +36,7 @@ class Ring:
         self._messages: deque[RawMessage] = deque()
         self._lost_ns: int | None = None
         self._newest_ns = 0
+        self._held_ns: int | None = None
         self.size = 0
 
     def __len__(self) -> int:
@@ -52,14 +55,24 @@ class Ring:
     @property
     def short(self) -> bool:
         """Whether messages of the wanted seconds are missing, because the bytes are bounded."""
-        return self._lost_ns is not None and self._newest_ns - self._lost_ns <= self._span_ns
+        return self._lost_ns is not None and self._lost_ns >= self._oldest_ns
+
+    @property
+    def _oldest_ns(self) -> int:
+        newest = self._newest_ns
+        held = newest if self._held_ns is None else min(newest, self._held_ns)
+        return held - self._span_ns
+
+    def hold(self, stamp_ns: int) -> None:
+        """From now on count the seconds from this log time, if that is before the newest."""
+        self._held_ns = stamp_ns
 
     def push(self, message: RawMessage) -> None:
         """Add a message, and drop what is too old or too much."""
         self._messages.append(message)
         self.size += size_of(message)
         self._newest_ns = max(self._newest_ns, message.log_ns)
-        oldest_ns = self._newest_ns - self._span_ns
+        oldest_ns = self._oldest_ns
         while self._messages and self._messages[0].log_ns < oldest_ns:
             self._drop()
         while self.size > self._max_bytes:
@@ -68,7 +81,7 @@ class Ring:
     def clear(self) -> None:
         """Forget everything."""
         self._messages.clear()
-        self._lost_ns = None
+        self._lost_ns = self._held_ns = None
         self._newest_ns = 0
         self.size = 0
 

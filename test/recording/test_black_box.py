@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from recorded import SECOND, SOURCES, START_NS, fix, flag, fusion, imu
 
-from hijack_detect.recording.black_box import QUIET_S, BlackBox, snapshot_name
+from hijack_detect.recording.black_box import LATE_S, QUIET_S, SLACK_S, BlackBox, snapshot_name
 from hijack_detect.recording.parameters import RecorderParameters
 from hijack_detect.recording.snapshot import Snapshot
 
@@ -27,12 +27,14 @@ class Flight:
             name, one.topic, one.msgtype, data, stamped=one.stamped, wall_s=self.wall_s
         )
 
-    def fly(self, seconds: float) -> None:
+    def fly(self, seconds: float, *, judged: bool = True) -> None:
         for _ in range(round(seconds * 10)):
             self.stamp_ns += SECOND // 10
             self.hear("imu", imu(self.stamp_ns))
             self.hear("fix", fix(self.stamp_ns))
             self.hear("hijack_alert", flag(False))
+            if judged:
+                self.hear("fusion", fusion(self.stamp_ns, alert=False))
 
     def alert(self) -> int:
         """Alert now; returns the stamp."""
@@ -100,6 +102,37 @@ def test_a_topic_that_arrives_late_gives_the_same_snapshot() -> None:
     assert len(made[0]) == 3 * 151
     fixes = [[one for one in found if one[0] == "/gps/fix"] for found in made]
     assert fixes[0] == fixes[2]
+
+
+@pytest.mark.parametrize(("late_s", "from_s"), [(25, 10), (LATE_S, 10), (LATE_S + SLACK_S + 5, 15)])
+def test_what_a_late_fusion_has_not_judged_is_kept(late_s: float, from_s: float) -> None:
+    flight = Flight()
+    flight.hear("fusion", fusion(START_NS, alert=False))
+    for index in range(round(10 * (20 + late_s))):
+        flight.hear("fix", fix(START_NS + index * SECOND // 10))
+        judged = START_NS + index * SECOND // 10 - round(late_s * SECOND)
+        if judged > START_NS:
+            flight.hear("fusion", fusion(judged, alert=False))
+    flight.stamp_ns = START_NS + 20 * SECOND
+    flight.alert()
+    flight.box.finish()
+    (whole,) = flight.due()
+    fixes = [one.log_ns for one in whole.messages if one.topic == "/gps/fix"]
+    assert (fixes[0] - START_NS) / SECOND == pytest.approx(from_s, abs=0.2)
+    assert fixes[-1] - START_NS == 25 * SECOND
+    assert not flight.box.ring.short
+
+
+def test_a_fusion_that_died_leaves_the_ring_bounded_and_ends_a_snapshot() -> None:
+    flight = Flight()
+    flight.fly(20)
+    flight.alert()
+    flight.due()
+    flight.fly(60, judged=False)
+    (whole,) = flight.due()
+    assert whole.complete
+    flight.fly(600, judged=False)
+    assert flight.box.ring.seconds == pytest.approx(LATE_S + SLACK_S + 10.0, abs=0.2)
 
 
 def test_a_sensor_with_a_clock_of_its_own_is_kept_in_its_place() -> None:
