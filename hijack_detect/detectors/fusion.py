@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from hijack_detect.detectors.fusion_decisions import decision
 from hijack_detect.detectors.fusion_parameters import FusionParameters
+from hijack_detect.detectors.likelihood import JUDGED
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.streams.samples import NANOSECONDS
 
@@ -131,19 +132,18 @@ class Fusion:
         )
 
     def _state(self, known: Mapping[str, Verdict], lost: Sequence[str]) -> State:
-        states = [verdict.state for verdict in known.values()]
         if self._alert_since_ns is not None:
             return State.ALARM
-        if self._warned or State.ALARM in states or State.SUSPICIOUS in states:
+        if self._warned or any(self._decision.suspects(one) for one in known.values()):
             return State.SUSPICIOUS
         if lost:
             return State.STALE
         if len(known) < len(self.inputs):
             return State.NOT_READY
-        for state in (State.NORMAL, State.NOT_OBSERVABLE):
-            if state in states:
-                return state
-        return State.NOT_READY
+        states = {verdict.state for verdict in known.values()}
+        if states & JUDGED:
+            return State.NORMAL
+        return State.NOT_OBSERVABLE if State.NOT_OBSERVABLE in states else State.NOT_READY
 
 
 def _told(verdicts: Sequence[Verdict]) -> str:

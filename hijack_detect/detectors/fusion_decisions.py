@@ -8,6 +8,7 @@ from typing import Protocol
 from hijack_detect.detectors.fusion_parameters import FusionParameters
 from hijack_detect.detectors.likelihood import (
     JUDGED,
+    RAISED,
     RATIOS,
     SOFT,
     LikelihoodRatio,
@@ -21,6 +22,8 @@ from hijack_detect.streams.samples import NANOSECONDS
 
 PUBLISHED = ("correlation", "date")
 """The detectors that policy `paper` asks: those of Feng 2018."""
+NEVER = 2.0
+"""A probability that is never reached."""
 UNKNOWN = LikelihoodRatio(3.0, 0.7, -0.2, 3.0)
 """Of a detector that nobody has calibrated: it can support an alert, and never give one."""
 
@@ -30,6 +33,10 @@ class Decision(Protocol):
 
     def update(self, verdict: Verdict) -> Sequence[Verdict]:
         """Take a verdict; return those that an alert rests on, empty if there is none."""
+        ...
+
+    def suspects(self, verdict: Verdict) -> bool:
+        """Whether this verdict alone makes the GPS suspicious."""
         ...
 
     def confidence(self, stamp_ns: int) -> float:
@@ -45,6 +52,10 @@ class _Odds:
 
     def hear(self, verdict: Verdict) -> None:
         self._margins[verdict.detector] = verdict.margin
+
+    def suspects(self, verdict: Verdict) -> bool:
+        """See Decision."""
+        return verdict.state in RAISED
 
     def confidence(self, stamp_ns: int) -> float:
         """See Decision."""
@@ -88,8 +99,8 @@ class Calibrated:
 
     ln odds = ln prior odds + Σ ratios, each of the largest margin of the last `together_s`. Of
     detectors that share a source of error only one counts, and one that cannot tell says nothing.
-    An alert also needs an ALARM within that time, not one of SOFT, and has to last for
-    `debounce_s`.
+    An alert also needs a voice within that time, not one of SOFT: an ALARM, or, where the odds are
+    `certain_probability`, a SUSPICIOUS. And it has to last for `debounce_s`.
     """
 
     def __init__(self, parameters: FusionParameters) -> None:
@@ -99,7 +110,7 @@ class Calibrated:
         self._debounce_ns = round(p.debounce_s * NANOSECONDS)
         self._prior = odds(p.prior)
         self._peaks: dict[str, RecentPeak] = {}
-        self._alarmed_ns: int | None = None
+        self._raised_ns: dict[State, int] = {}
         self._since_ns: int | None = None
 
     def update(self, verdict: Verdict) -> Sequence[Verdict]:
@@ -107,13 +118,10 @@ class Calibrated:
         if verdict.state in JUDGED:
             peak = self._peaks.setdefault(verdict.detector, RecentPeak(self._kept_ns))
             peak.add(verdict)
+        if verdict.state in RAISED and verdict.detector not in SOFT:
+            self._raised_ns[verdict.state] = verdict.stamp_ns
         evidence = self._evidence(verdict.stamp_ns)
-        if verdict.state is State.ALARM and verdict.detector not in SOFT:
-            self._alarmed_ns = verdict.stamp_ns
-        alarmed = self._alarmed_ns
-        recent = alarmed is not None and verdict.stamp_ns - alarmed <= self._kept_ns
-        certain = self._probability(evidence) >= self._parameters.alarm_probability
-        if not (certain and recent):
+        if self._probability(evidence) < self._needed(verdict.stamp_ns):
             self._since_ns = None
             return ()
         if self._since_ns is None:
@@ -121,6 +129,20 @@ class Calibrated:
         if verdict.stamp_ns - self._since_ns < self._debounce_ns:
             return ()
         return [one for one, nats in evidence if nats > 0.0]
+
+    def suspects(self, verdict: Verdict) -> bool:
+        """See Decision: if its alarm alone would make an attack more probable than not."""
+        most = RATIOS.get(verdict.detector, UNKNOWN).high
+        return verdict.state in RAISED and self._prior + most >= 0.0
+
+    def _needed(self, stamp_ns: int) -> float:
+        """Probability from which there is an alert now, by the voices of the last time."""
+        recent = {
+            state for state, at_ns in self._raised_ns.items() if stamp_ns - at_ns <= self._kept_ns
+        }
+        if State.ALARM in recent:
+            return self._parameters.alarm_probability
+        return self._parameters.certain_probability if recent else NEVER
 
     def confidence(self, stamp_ns: int) -> float:
         """See Decision: the probability."""

@@ -33,9 +33,17 @@ class FusionParameters(Parameters):
         low=0.5,
         high=0.9999,
     )
+    certain_probability: float = param(
+        0.97,
+        "Policy `default`: ALARM from this probability on, if a detector is at least SUSPICIOUS. "
+        "No detector gives it alone, two near to their limits do. Clean flights reach 0.77.",
+        low=0.5,
+        high=0.9999,
+    )
     warn_probability: float = param(
-        0.3,
-        "Policy `default`: SUSPICIOUS from this probability on, until it is below half of it.",
+        0.9,
+        "Policy `default`: SUSPICIOUS from this probability on, whatever single detectors say, "
+        "until it is below half of it.",
         low=0.01,
         high=0.9999,
     )

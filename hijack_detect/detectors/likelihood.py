@@ -11,6 +11,8 @@ from hijack_detect.detectors.verdict import State, Verdict
 
 JUDGED = frozenset({State.NORMAL, State.SUSPICIOUS, State.ALARM})
 """States in which a detector says something of the GPS. In all others its ratio is 1."""
+RAISED = frozenset({State.SUSPICIOUS, State.ALARM})
+"""States in which a detector says something against the GPS."""
 SMALLEST_MARGIN = 0.01
 
 

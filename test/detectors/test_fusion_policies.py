@@ -51,7 +51,15 @@ def test_nothing_but_an_alarm_alerts(policy: str, state: State) -> None:
     one = fusion(policy)
     for at in range(10):
         for name in NAMES:
-            assert not one.update(name, verdict(name, at, state)).alert
+            margin = 0.8 if state is State.SUSPICIOUS else None
+            assert not one.update(name, verdict(name, at, state, margin)).alert
+
+
+@pytest.mark.parametrize("name", RATIOS)
+def test_no_detector_is_certain_alone(name: str) -> None:
+    one = Fusion(FusionParameters(), [name])
+    for at in range(10):
+        assert not feed(one, verdict(name, at, State.SUSPICIOUS, 1000.0))[-1].alert
 
 
 def test_paper_alerts_when_both_have_claimed_however_far_apart() -> None:
@@ -144,7 +152,9 @@ def test_a_stale_alarm_does_not_hide_behind_its_age() -> None:
         (State.NORMAL, State.SUSPICIOUS, State.SUSPICIOUS),
         (State.STALE, State.NORMAL, State.STALE),
         (State.STALE, State.SUSPICIOUS, State.SUSPICIOUS),
-        (State.ALARM, State.NORMAL, State.SUSPICIOUS),
+        (State.NORMAL, State.ALARM, State.SUSPICIOUS),
+        (State.ALARM, State.NORMAL, State.NORMAL),  # correlation alone is no ground for doubt
+        (State.ALARM, State.SUSPICIOUS, State.SUSPICIOUS),
     ],
 )
 def test_the_state_is_the_worst_claim_that_can_be_made(
@@ -217,16 +227,45 @@ def test_default_alerts_on_a_strong_detector_alone_when_it_lasts(name: str) -> N
     assert f"{name} says so" in third.reason
 
 
-@pytest.mark.parametrize("name", ["correlation", "drag"])
-def test_default_never_alerts_on_what_has_innocent_causes(name: str) -> None:
-    one = calibrated()
+@pytest.mark.parametrize(
+    ("name", "state"), [("correlation", State.NORMAL), ("drag", State.SUSPICIOUS)]
+)
+def test_default_never_alerts_on_what_has_innocent_causes(name: str, state: State) -> None:
+    one = Fusion(FusionParameters(), [name])
     for at in range(100):
         result = feed(one, alarm(name, at, 50.0))[-1]
         assert not result.alert
+        assert result.state is state
+
+
+@pytest.mark.parametrize("policy", ["any", "paper"])
+def test_the_other_policies_report_the_doubt_of_any_detector(policy: str) -> None:
+    (result,) = feed(fusion(policy), verdict("correlation", 1, State.SUSPICIOUS))
     assert result.state is State.SUSPICIOUS
 
 
-def test_default_never_alerts_without_an_alarm() -> None:
+def test_two_detectors_near_to_their_limits_alert_when_together_they_are_certain() -> None:
+    near = [
+        [verdict("coast", t, State.SUSPICIOUS, 0.92), verdict("date", t, State.NORMAL, 0.92)]
+        for t in (1.0, 1.1, 1.2)
+    ]
+    results = [feed(one, *said)[-1] for one in [calibrated()] for said in near]
+    assert [one.alert for one in results] == [False, False, True]
+    assert results[-1].confidence >= 0.97
+    assert results[-1].causes == ("coast", "date")
+    stricter = calibrated(certain_probability=0.9999)
+    assert not any(feed(stricter, *said)[-1].alert for said in near)
+    alone = calibrated()
+    assert not any(feed(alone, said[0])[-1].alert for said in near)
+    softly = calibrated()
+    for at in range(10):
+        said = [verdict("drag", at, State.SUSPICIOUS, 5.0), verdict("kld", at, State.NORMAL, 0.95)]
+        result = feed(softly, *said)[-1]
+    assert result.confidence >= 0.97
+    assert not result.alert
+
+
+def test_default_never_alerts_without_a_voice() -> None:
     one = calibrated()
     for at in range(100):
         said = [verdict(name, at, State.NORMAL, 0.99) for name in ALL]
@@ -332,5 +371,4 @@ def test_a_soft_alarm_supports_an_alert_and_never_makes_one() -> None:
     said += [verdict("coast", 3.5 + 0.1 * k, State.SUSPICIOUS, near) for k in range(9)]
     results = feed(calm, *said)
     assert not any(one.alert for one in results)
-    assert results[-1].state is State.SUSPICIOUS
     assert feed(calm, *[verdict("date", 4.4 + 0.1 * k, State.ALARM) for k in range(5)])[-1].alert
