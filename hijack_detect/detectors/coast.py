@@ -15,7 +15,7 @@ from hijack_detect.detectors.noise_scale import NoiseScale
 from hijack_detect.detectors.persistence import Persistence
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.estimation.air_ekf import SIZE, WIND, AirEkf
-from hijack_detect.estimation.attitude import AttitudeEstimator
+from hijack_detect.estimation.attitude_filter import AttitudeFilter
 from hijack_detect.estimation.attitude_parameters import AttitudeParameters
 from hijack_detect.estimation.drag_noise import DragNoise
 from hijack_detect.estimation.ekf import Ekf, ProcessNoise
@@ -56,7 +56,7 @@ class CoastDetector:
         self.inputs: Mapping[str, float] = dict.fromkeys(
             ("imu", "velocity", "mag", "fix"), p.sensor_patience_s
         )
-        self._estimator = AttitudeEstimator(_estimator_parameters(p), _make_filter)
+        self._estimator = AttitudeFilter(_estimator_parameters(p), _make_filter)
         self._watch = InputWatch(("imu", "fix"))
         self._persistence = Persistence(p.persist_s)
         self._scale = NoiseScale(

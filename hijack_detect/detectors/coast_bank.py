@@ -124,14 +124,15 @@ class CoastBank:
 
     def measure(self, step: Measured) -> None:
         """The filter used a measurement."""
-        g = -(step.h @ self._shift)
+        said = step.innovation
+        g = -(said.h @ self._shift)
         if step.block is not None:
             power = 0.5 * self._age**2 if step.block is POSITION else self._age
             g[:, :AXES, :AXES] += power[:, None, None] * np.eye(AXES)
-        weighted = np.swapaxes(g, 1, 2) @ step.precision
-        self._d = self._d + weighted @ step.innovation
+        weighted = np.swapaxes(g, 1, 2) @ said.precision
+        self._d = self._d + weighted @ said.residual
         self._c = self._c + weighted @ g
-        self._shift = self._shift + step.gain @ g
+        self._shift = self._shift + said.gain @ g
 
     def offsets(self, *, changed: bool = False) -> Offsets:
         """The most likely offsets now; `changed` lets the states change as they may."""

@@ -16,7 +16,7 @@ from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.detectors.window import WindowSums
 from hijack_detect.estimation.course import displacement
 from hijack_detect.estimation.ekf import GRAVITY
-from hijack_detect.estimation.rotation import Array, matrix
+from hijack_detect.estimation.rotation import Array, matrices
 from hijack_detect.streams.merge import SENSOR_PATIENCE_S
 from hijack_detect.streams.samples import (
     NANOSECONDS,
@@ -133,7 +133,7 @@ class DateDetector:
         if not orientations or not 0.0 < dt <= self._parameters.max_gap_s:
             return None
         force = np.mean([s.specific_force for s in samples], axis=0)
-        rotation = np.mean([matrix(q) for q in orientations], axis=0)
+        rotation = matrices(np.array(orientations)).mean(axis=0)
         acceleration = (after.velocity - before.velocity) / dt
         difference: Array = rotation.T @ (acceleration + np.array([0.0, 0.0, GRAVITY])) - force
         return difference

@@ -13,7 +13,14 @@ import numpy as np
 
 from hijack_detect.estimation.drag_model import SMALLEST_DRAG, drag_force
 from hijack_detect.estimation.drag_noise import DragNoise, ForceNoise
-from hijack_detect.estimation.ekf import ACCEL_BIAS, ATTITUDE, VELOCITY, ImuBlock, ProcessNoise
+from hijack_detect.estimation.ekf import (
+    ACCEL_BIAS,
+    ATTITUDE,
+    VELOCITY,
+    ImuBlock,
+    Innovation,
+    ProcessNoise,
+)
 from hijack_detect.estimation.lag_ekf import LagEkf, ModelErrors
 from hijack_detect.estimation.rotation import Array, matrix, skew
 from hijack_detect.streams.samples import Quaternion
@@ -66,15 +73,15 @@ class AirEkf(LagEkf):
         noise[WIND.start :, WIND.start :] = self._walk * float(np.sum(block.dt))
         return noise
 
-    def update(self, h: Array, residual: Array, r: Array) -> float:
+    def update(self, h: Array, residual: Array, r: Array) -> Innovation:
         """See Ekf; after each GPS velocity the drag since the last one is used, too."""
         velocity = self._block is VELOCITY
-        likelihood = super().update(h, residual, r)
+        found = super().update(h, residual, r)
         if velocity and self._seconds > SHORTEST_S:
             if self._seconds < LONGEST_S and self.heading_variance < MAX_HEADING_SIGMA**2:
                 self._feel(self._impulse / self._seconds, self._seconds)
             self._impulse, self._seconds = np.zeros(2), 0.0
-        return likelihood
+        return found
 
     def _feel(self, force: Array, seconds: float) -> None:
         """Use the mean specific force of the last interval, body x and y, m/s²."""

@@ -1,162 +1,78 @@
-"""Attitude from gyroscope, accelerometer and GPS, with a magnetometer where there is one."""
+"""Attitude at every IMU sample, from gyroscope, accelerometer, GPS and magnetometer."""
 
 from __future__ import annotations
 
 import math
-from collections import deque
-from collections.abc import Callable, Mapping
-from typing import TypeAlias
+from collections.abc import Mapping
 
-import numpy as np
-
+from hijack_detect.estimation.attitude_filter import AttitudeFilter
 from hijack_detect.estimation.attitude_parameters import AttitudeParameters
-from hijack_detect.estimation.course import CourseEstimator, CourseParameters
-from hijack_detect.estimation.ekf import (
-    ATTITUDE,
-    POSITION,
-    VELOCITY,
-    Ekf,
-    Observation,
-    ProcessNoise,
-)
-from hijack_detect.estimation.filter_bank import FilterBank
-from hijack_detect.estimation.geodesy import LocalFrame
-from hijack_detect.estimation.imu_buffer import ImuBuffer, mean
-from hijack_detect.estimation.magnetic import declination, heading_error
+from hijack_detect.estimation.ekf import Ekf
+from hijack_detect.estimation.imu_buffer import mean
 from hijack_detect.estimation.quaternion_integration import QuaternionIntegration
-from hijack_detect.estimation.rotation import (
-    Array,
-    exponential,
-    from_roll_pitch_yaw,
-    heading,
-    level,
-    multiply,
-    normalized,
-)
-from hijack_detect.streams.merge import SENSOR_PATIENCE_S
+from hijack_detect.estimation.rotation import exponential, multiply, normalized
 from hijack_detect.streams.samples import (
     NANOSECONDS,
     AttitudeSample,
-    FixSample,
     ImuSample,
-    MagneticSample,
     Quaternion,
     Sample,
     Vector3,
-    VelocitySample,
 )
 
-MakeFilter: TypeAlias = Callable[[Quaternion, Array, ProcessNoise], Ekf]
-"""Attitude (FLU → ENU), standard deviations of the error state and process noise to a filter."""
-
-OUTAGE_STEP_NS = NANOSECONDS // 2
-"""Without GPS the filter still moves on in steps of this length."""
-
-INITIAL_SIGMAS = np.array([10.0] * 3 + [1.0] * 3 + [0.1, 0.1, math.pi] + [0.15] * 3 + [0.01] * 3)
-"""Standard deviations of the first error state: m, m/s, rad, m/s² and rad/s."""
-MAG_REFUSED_NS = 30 * NANOSECONDS
-"""Longest time without the magnetometer: then the filter may be the one that is wrong."""
-RESTART_SIGMAS = np.array([3.0] * 3 + [1.0] * 3)
-"""Standard deviations of position and velocity when they are taken from the GPS afresh."""
+LEVEL: Quaternion = (0.0, 0.0, 0.0, 1.0)
 
 
 class AttitudeEstimator:
-    """Attitude at every IMU sample.
+    """Carries the attitude of an `AttitudeFilter` forward to the newest IMU sample.
 
-    The filter lives at the time the newest GPS measurement was valid, stamp minus lag; the
-    output is its attitude carried forward to the newest IMU sample with the gyroscope.
-
-    It levels itself on the accelerometer first. Until the heading is known, GPS steers only the
-    vertical channel and the horizontal velocity is held near zero, which keeps roll and pitch
-    upright. The heading comes from the magnetometer, or from the first course above a speed
-    gate: there a bank of filters starts in eight directions about the course, and the
-    accelerations leave one. From then on position and velocity are used in full.
+    The filter is behind by the lag of the GPS; between its corrections the gyroscope turns the
+    attitude on.
 
     With `method: quaternion` the output is the paper's bare integration, which only takes its
     first yaw and its gyro bias from the filter.
     """
 
-    inputs: Mapping[str, float] = dict.fromkeys(
-        ("imu", "fix", "velocity", "mag"), SENSOR_PATIENCE_S
-    )
+    inputs: Mapping[str, float] = AttitudeFilter.inputs
 
-    def __init__(self, parameters: AttitudeParameters, make_filter: MakeFilter = Ekf) -> None:
-        """Start without attitude.
+    def __init__(self, parameters: AttitudeParameters) -> None:
+        """Start without attitude."""
+        self._parameters = parameters
+        self._filter = AttitudeFilter(parameters)
+        self._last: ImuSample | None = None
+        self._forget()
 
-        Args:
-            parameters: Its parameters.
-            make_filter: Makes the filter from attitude, standard deviations and noise.
-        """
-        self._parameters = p = parameters
-        self._make_filter = make_filter
-        self._noise = ProcessNoise(p.accel_noise, p.gyro_noise, p.accel_bias_walk, p.gyro_bias_walk)
-        self._lag_ns = round(p.gps_lag_s * NANOSECONDS)
-        self._restart()
-
-    def _restart(self) -> None:
-        self._bank: FilterBank | None = None
-        self._filter_ns = 0
-        """Time that the filter has reached; counts once there is a filter."""
-        self._magnetic: deque[MagneticSample] = deque()
-        self._mag_used_ns: int | None = None
-        self._buffer = ImuBuffer()
-        self._output: Quaternion = (0.0, 0.0, 0.0, 1.0)
-        self._aligned = False
+    def _forget(self) -> None:
+        self._carried = LEVEL
         self._settled = False
         self._integration: QuaternionIntegration | None = None
-        self._frame: LocalFrame | None = None
-        self._declination: float | None = None
-        self._last_imu: ImuSample | None = None
-        self._last_position: Array | None = None
-        self._course = CourseEstimator(CourseParameters(min_speed=self._parameters.align_speed))
 
     @property
     def ekf(self) -> Ekf | None:
-        """The filter, None while levelling."""
-        return None if self._bank is None else self._bank.best
-
-    @property
-    def decided(self) -> bool:
-        """Whether the filter has a heading, and only one."""
-        return self._bank is not None and self._aligned and self._bank.decided
-
-    @property
-    def valid_ns(self) -> int:
-        """Time that the filter has reached, nanoseconds; counts once there is a filter."""
-        return self._filter_ns
+        """The filter behind, None while levelling."""
+        return self._filter.ekf
 
     def update(self, name: str, sample: Sample) -> AttitudeSample | None:
         """Take the next sample in order of stamp; every IMU sample gives an attitude."""
         if isinstance(sample, ImuSample):
             return self._imu(sample)
-        if self._bank is None:
-            return None
-        if isinstance(sample, FixSample):
-            self._fix(self._bank, sample)
-        elif isinstance(sample, VelocitySample):
-            self._velocity(self._bank, sample)
-        elif isinstance(sample, MagneticSample) and self._parameters.use_mag:
-            self._magnetic.append(sample)
+        if self._filter.update(name, sample):
+            self._carry()
         return None
 
     def _imu(self, sample: ImuSample) -> AttitudeSample:
-        last = self._last_imu
-        if last is not None:
+        last, self._last = self._last, sample
+        if last is not None and self._filter.ekf is not None:
             dt = (sample.stamp_ns - last.stamp_ns) / NANOSECONDS
-            if dt > self._parameters.max_imu_gap_s:
-                self._restart()
-            elif self._bank is not None:
-                omega = self._unbiased(mean(last.angular_velocity, sample.angular_velocity))
-                self._output = _turned(self._output, dt, omega)
-                if self._integration is not None:
-                    self._integration.step(omega, dt)
-        self._last_imu = sample
-        self._buffer.append(sample)
-        if self._bank is None:
-            self._level(sample)
-        elif sample.stamp_ns - self._filter_ns > OUTAGE_STEP_NS + self._lag_ns:
-            self._advance(self._bank, sample.stamp_ns - self._lag_ns)
-            self._carry_output(self._bank.best)
+            omega = self._unbiased(mean(last.angular_velocity, sample.angular_velocity))
+            self._carried = _turned(self._carried, dt, omega)
+            if self._integration is not None:
+                self._integration.step(omega, dt)
+        changed = self._filter.update("imu", sample)
+        if self._filter.ekf is None:
+            self._forget()
+        elif changed:
+            self._carry()
         variance = self._heading_variance()
         self._settled |= math.sqrt(variance) < math.radians(self._parameters.settled_sigma_deg)
         orientation = self._orientation()
@@ -168,141 +84,33 @@ class AttitudeEstimator:
             sample.specific_force,
         )
 
+    def _carry(self) -> None:
+        """Bring the filter's attitude forward to the newest IMU sample."""
+        ekf, first = self._filter.ekf, self._filter.first_heading
+        assert ekf is not None
+        q = ekf.attitude
+        for dt, omega in self._filter.buffer.steps(self._filter.valid_ns):
+            q = _turned(q, dt, self._unbiased(omega))
+        self._carried = q
+        if self._integration is None and first is not None:
+            first_order = self._parameters.first_order
+            self._integration = QuaternionIntegration(first, first_order=first_order)
+
+    def _unbiased(self, omega: Vector3) -> Vector3:
+        assert self._filter.ekf is not None
+        bx, by, bz = self._filter.ekf.gyro_bias.tolist()
+        return (omega[0] - bx, omega[1] - by, omega[2] - bz)
+
     def _heading_variance(self) -> float:
         """Variance of the heading, rad²; infinite while several headings are possible."""
-        if self._bank is None or not self._aligned or not self._bank.decided:
-            return math.inf
-        return self._bank.best.heading_variance
+        ekf = self._filter.ekf
+        return ekf.heading_variance if ekf is not None and self._filter.decided else math.inf
 
     def _orientation(self) -> Quaternion | None:
         """What is published: None until it can be trusted."""
         if self._parameters.method == "quaternion":
             return None if self._integration is None else self._integration.orientation
-        return normalized(self._output) if self._settled else None
-
-    def _level(self, sample: ImuSample) -> None:
-        if sample.stamp_ns - self._buffer.oldest_ns < self._parameters.level_s * NANOSECONDS:
-            return
-        roll, pitch = level(self._buffer.mean_specific_force())
-        self._output = from_roll_pitch_yaw(roll, pitch, 0.0)
-        self._bank = FilterBank(self._make_filter(self._output, INITIAL_SIGMAS, self._noise))
-        self._filter_ns = sample.stamp_ns
-
-    def _unbiased(self, omega: Vector3) -> Vector3:
-        assert self._bank is not None
-        bx, by, bz = self._bank.best.gyro_bias.tolist()
-        return (omega[0] - bx, omega[1] - by, omega[2] - bz)
-
-    def _advance(self, bank: FilterBank, to_ns: int) -> None:
-        """Move the filters to a time, as far as there are IMU samples, by way of the compass."""
-        to_ns = min(to_ns, self._buffer.newest_ns)
-        while self._magnetic and self._magnetic[0].stamp_ns <= to_ns:
-            sample = self._magnetic.popleft()
-            self._propagate(bank, sample.stamp_ns)
-            self._mag(bank, sample)
-        self._propagate(bank, to_ns)
-
-    def _propagate(self, bank: FilterBank, to_ns: int) -> None:
-        if to_ns > self._filter_ns:
-            block = self._buffer.take(self._filter_ns, to_ns)
-            bank.apply(lambda ekf: ekf.propagate(block))
-            self._filter_ns = to_ns
-
-    def _carry_output(self, ekf: Ekf) -> None:
-        """Bring the filter's attitude forward to the newest IMU sample."""
-        q = ekf.attitude
-        for dt, omega in self._buffer.steps(self._filter_ns):
-            q = _turned(q, dt, self._unbiased(omega))
-        self._output = q
-
-    def _fix(self, bank: FilterBank, fix: FixSample) -> None:
-        course = self._course.update("fix", fix)
-        if not fix.has_fix:
-            return
-        self._advance(bank, fix.stamp_ns - self._lag_ns)
-        if self._frame is None:
-            self._frame = LocalFrame(fix)
-            self._declination = declination(fix.latitude_deg, fix.longitude_deg, fix.altitude_m)
-        self._last_position = position = np.array(self._frame.enu(fix))
-        if not self._aligned and course.observable:
-            east, north = math.cos(course.angle), math.sin(course.angle)
-            velocity = self._course.speed * np.array([east, north, 0.0])
-            self._align(bank.best, course.angle - heading(bank.best.attitude), velocity)
-            bank.split(math.radians(self._parameters.align_sigma_deg))
-        p = self._parameters
-        variances = np.square([p.position_sigma, p.position_sigma, p.height_sigma])
-        self._measure(bank, POSITION, position, variances)
-
-    def _velocity(self, bank: FilterBank, sample: VelocitySample) -> None:
-        self._advance(bank, sample.stamp_ns - self._lag_ns)
-        variances = np.full(3, self._parameters.velocity_sigma**2)
-        self._measure(bank, VELOCITY, np.array(sample.velocity), variances)
-
-    def _measure(self, bank: FilterBank, block: slice, measured: Array, variances: Array) -> None:
-        """Use a GPS measurement; before the heading is known only its vertical part.
-
-        Then a horizontal velocity of about zero keeps roll and pitch upright instead.
-        """
-
-        def observe(ekf: Ekf) -> Observation:
-            rows, residual, noise = ekf.gps(block, measured, variances)
-            if self._aligned:
-                return rows, residual, noise
-            still = np.eye(len(ekf.covariance))[3:5]
-            return (
-                np.vstack([still, rows[2:]]),
-                np.concatenate([-ekf.velocity[:2], residual[2:]]),
-                np.concatenate([[1.0, 1.0], noise[2:]]),
-            )
-
-        bank.measure(observe)
-        self._carry_output(bank.best)
-
-    def _align(self, ekf: Ekf, angle: float, velocity: Array) -> None:
-        """Turn the filter to a first heading and start position and velocity on the GPS."""
-        assert self._last_position is not None
-        ekf.turn(angle, math.radians(self._parameters.align_sigma_deg))
-        ekf.position = self._last_position
-        ekf.velocity = velocity
-        ekf.set_block(POSITION, RESTART_SIGMAS[POSITION])
-        ekf.set_block(VELOCITY, RESTART_SIGMAS[VELOCITY])
-        self._aligned = True
-        self._integration = QuaternionIntegration(
-            heading(ekf.attitude), first_order=self._parameters.first_order
-        )
-
-    def _mag(self, bank: FilterBank, sample: MagneticSample) -> None:
-        """Heading from the magnetometer; the first one aligns the filter."""
-        turn = self._declination
-        if turn is None:
-            return
-        if not self._aligned:
-            error, _ = heading_error(bank.best.attitude, sample.field, turn)
-            self._align(bank.best, error, np.zeros(3))
-        if self._refused(bank, sample, turn):
-            return
-        self._mag_used_ns = sample.stamp_ns
-        variance = np.array([math.radians(self._parameters.mag_sigma_deg) ** 2])
-
-        def observe(ekf: Ekf) -> Observation:
-            angle, by_attitude = heading_error(ekf.attitude, sample.field, turn)
-            h = np.zeros((1, len(ekf.covariance)))
-            h[0, ATTITUDE] = by_attitude
-            return h, np.array([angle]), variance
-
-        bank.measure(observe)
-
-    def _refused(self, bank: FilterBank, sample: MagneticSample, turn: float) -> bool:
-        """Whether a magnetic heading is too far from the filter's."""
-        last = self._mag_used_ns
-        if last is None or not bank.decided or sample.stamp_ns - last > MAG_REFUSED_NS:
-            return False
-        ekf = bank.best
-        angle, _ = heading_error(ekf.attitude, sample.field, turn)
-        gate = max(
-            math.radians(self._parameters.mag_gate_deg), 3.0 * math.sqrt(ekf.heading_variance)
-        )
-        return abs(angle) > gate
+        return normalized(self._carried) if self._settled else None
 
 
 def _turned(q: Quaternion, dt: float, omega: Vector3) -> Quaternion:

@@ -64,6 +64,28 @@ class ImuBlock:
     specific_force: Array
 
 
+@dataclass(frozen=True, slots=True)
+class Innovation:
+    """What a measurement said that the filter did not expect.
+
+    Attributes:
+        h: Observation matrix, shape (m, n) for n error states.
+        residual: Measured minus predicted, shape (m,).
+        precision: Inverse of its covariance, shape (m, m).
+        gain: Kalman gain, shape (n, m).
+    """
+
+    h: Array
+    residual: Array
+    precision: Array
+    gain: Array
+
+    def log_likelihood(self) -> float:
+        """Logarithm of the residual's density, without its constant term."""
+        distance = self.residual @ self.precision @ self.residual
+        return float(0.5 * (np.linalg.slogdet(self.precision)[1] - distance))
+
+
 class Ekf:
     """Position, velocity, attitude and IMU biases from IMU blocks and GPS."""
 
@@ -143,21 +165,24 @@ class Ekf:
         state = self.position if block is POSITION else self.velocity
         return np.eye(len(self.covariance))[block], measured - state, variances
 
-    def update(self, h: Array, residual: Array, r: Array) -> float:
-        """Kalman update in Joseph form; returns the log likelihood of the innovation.
+    def update(self, h: Array, residual: Array, r: Array) -> Innovation:
+        """Kalman update in Joseph form.
 
         Args:
             h: Observation matrix, shape (m, n) for n error states.
             residual: Measured minus predicted, shape (m,).
             r: Variances of the measurement noise, shape (m,).
         """
-        s = h @ self.covariance @ h.T + np.diag(r)
-        gain = np.linalg.solve(s, h @ self.covariance).T
-        keep = np.eye(len(self.covariance)) - gain @ h
+        seen = h @ self.covariance
+        spread = seen @ h.T
+        spread.flat[:: len(r) + 1] += r
+        precision = np.linalg.inv(spread)
+        gain = seen.T @ precision
+        keep = -(gain @ h)
+        keep.flat[:: len(keep) + 1] += 1.0
         self.covariance = keep @ self.covariance @ keep.T + (gain * r) @ gain.T
         self._inject(gain @ residual)
-        distance = residual @ np.linalg.solve(s, residual)
-        return float(-0.5 * (distance + np.linalg.slogdet(s)[1]))
+        return Innovation(h, residual, precision, gain)
 
     def _inject(self, error: Array) -> None:
         self.position = self.position + error[POSITION]

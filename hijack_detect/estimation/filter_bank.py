@@ -24,17 +24,16 @@ class FilterBank:
 
     A first course is only a guess of the heading: a multirotor may fly sideways. Accelerations
     measured by GPS and accelerometer agree for one heading only.
+
+    Attributes:
+        best: The most likely filter.
     """
 
     def __init__(self, ekf: Ekf) -> None:
         """Start with one filter."""
         self._filters = [ekf]
         self._scores = [0.0]
-
-    @property
-    def best(self) -> Ekf:
-        """The most likely filter."""
-        return self._filters[int(np.argmax(self._scores))]
+        self.best = ekf
 
     @property
     def decided(self) -> bool:
@@ -54,6 +53,7 @@ class FilterBank:
             turned.turn(k * math.tau / HEADINGS, sigma)
             self._filters.append(turned)
         self._scores = [0.0] * HEADINGS
+        self.best = self._filters[0]
 
     def apply(self, action: Callable[[Ekf], None]) -> None:
         """Do something to every filter."""
@@ -66,10 +66,12 @@ class FilterBank:
         Args:
             observe: What the measurement says to a filter.
         """
+        if self.decided:
+            self.best.update(*observe(self.best))
+            return
         for k, ekf in enumerate(self._filters):
-            self._scores[k] += ekf.update(*observe(ekf))
-        if not self.decided:
-            self._prune()
+            self._scores[k] += ekf.update(*observe(ekf)).log_likelihood()
+        self._prune()
 
     def _prune(self) -> None:
         order = np.argsort(self._scores)[::-1].tolist()
@@ -81,6 +83,7 @@ class FilterBank:
                 kept.append(k)
         self._filters = [self._filters[k] for k in kept]
         self._scores = [self._scores[k] for k in kept]
+        self.best = self._filters[0]
 
     def _apart(self, a: int, b: int) -> float:
         one, other = (heading(self._filters[k].attitude) for k in (a, b))

@@ -23,6 +23,9 @@ class ImuBuffer:
         """Add the newest sample."""
         self._samples.append(sample)
 
+    def __len__(self) -> int:
+        return len(self._samples)
+
     @property
     def oldest_ns(self) -> int:
         """Stamp of the oldest sample, nanoseconds."""

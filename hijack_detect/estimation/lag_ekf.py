@@ -15,6 +15,7 @@ from hijack_detect.estimation.ekf import (
     VELOCITY,
     Ekf,
     ImuBlock,
+    Innovation,
     Observation,
     ProcessNoise,
 )
@@ -65,17 +66,11 @@ class Measured:
 
     Attributes:
         block: POSITION or VELOCITY for one of the GPS, None for another sensor's.
-        h: Observation matrix, shape (m, n) for n states.
-        gain: Kalman gain, shape (n, m).
-        precision: Inverse of the innovation's covariance, shape (m, m).
-        innovation: Measured minus predicted, shape (m,).
+        innovation: What it said.
     """
 
     block: slice | None
-    h: Array
-    gain: Array
-    precision: Array
-    innovation: Array
+    innovation: Innovation
 
 
 class LagEkf(Ekf):
@@ -149,14 +144,12 @@ class LagEkf(Ekf):
         rows[:, lag] = -rate
         return rows, residual + self.lags[lag - POSITION_LAG] * rate, noise + more**2
 
-    def update(self, h: Array, residual: Array, r: Array) -> float:
+    def update(self, h: Array, residual: Array, r: Array) -> Innovation:
         """See Ekf; the step is recorded."""
-        spread = h @ self.covariance @ h.T + np.diag(r)
-        precision = np.linalg.inv(spread)
-        gain = self.covariance @ h.T @ precision
         block, self._block = self._block, None
-        self.steps.append(Measured(block, h, gain, precision, residual))
-        return super().update(h, residual, r)
+        found = super().update(h, residual, r)
+        self.steps.append(Measured(block, found))
+        return found
 
     def _inject(self, error: Array) -> None:
         super()._inject(error)

@@ -68,6 +68,8 @@ class StreamMerge(Generic[S]):
         self._restart_ns = round(RESTART_S * NANOSECONDS)
         self.refused: Counter[str] = Counter()
         """Samples left out, by reason."""
+        self.out_of_order: Counter[str] = Counter()
+        """Samples left out for the stamps of their own input, by input."""
         self.restarted = False
         """True when the last `push` began a new recording."""
         self.set_patience(patience_s)
@@ -111,11 +113,11 @@ class StreamMerge(Generic[S]):
             source.doubted_ns = None
             return True
         if 0 <= latest - stamp <= self._restart_ns:
-            self.refused[f"{name}: stamp does not increase"] += 1
+            self._refuse(name, "stamp does not increase")
             return False
         if doubted is None or not 0 < stamp - doubted <= self._silence_ns:
             source.doubted_ns = stamp
-            self.refused[f"{name}: stamp jumps"] += 1
+            self._refuse(name, "stamp jumps")
             return False
         if stamp < latest:
             self._begin()
@@ -124,6 +126,10 @@ class StreamMerge(Generic[S]):
             source.doubted_ns = None
             source.joins_at_ns = stamp + self._skew_ns
         return True
+
+    def _refuse(self, name: str, reason: str) -> None:
+        self.refused[f"{name}: {reason}"] += 1
+        self.out_of_order[name] += 1
 
     def _note(self, source: _Input, stamp: int) -> None:
         if self._first_ns is None:

@@ -6,6 +6,7 @@ import copy
 import math
 import pickle
 from collections.abc import Iterable
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
@@ -15,7 +16,7 @@ from scipy.linalg import block_diag
 from scipy.stats import chi2
 
 from hijack_detect.detectors.coast_bank import Change, CoastBank, Offsets
-from hijack_detect.estimation.ekf import GRAVITY, POSITION, VELOCITY, ImuBlock
+from hijack_detect.estimation.ekf import GRAVITY, POSITION, VELOCITY, ImuBlock, Innovation
 from hijack_detect.estimation.lag_ekf import SIZE, LagEkf, Measured, ModelErrors, Propagated
 
 Array = npt.NDArray[np.float64]
@@ -46,7 +47,7 @@ def random_steps(seed: int, count: int = 20) -> list[Step]:
             root = rng.normal(size=(3, 3))
             precision = root @ root.T + np.eye(3)
             gain = 0.1 * rng.normal(size=(SIZE, 3))
-            made.append(Measured(block, h, gain, precision, np.zeros(3)))
+            made.append(Measured(block, Innovation(h, np.zeros(3), precision, gain)))
     return made
 
 
@@ -73,8 +74,8 @@ def innovations(
         offset, age = np.zeros(3), max(0.0, now - onset_s)
         if one.block is not None:
             offset[:2] = acceleration * (0.5 * age**2 if one.block is POSITION else age)
-        innovation = offset - one.h @ error
-        error = error + one.gain @ innovation
+        innovation = offset - one.innovation.h @ error
+        error = error + one.innovation.gain @ innovation
         shown.append(innovation)
     return shown
 
@@ -84,7 +85,7 @@ def with_innovations(steps: list[Step], shown: Iterable[Array]) -> list[Step]:
     return [
         step
         if isinstance(step, Propagated)
-        else Measured(step.block, step.h, step.gain, step.precision, next(left))
+        else Measured(step.block, replace(step.innovation, residual=next(left)))
         for step in steps
     ]
 
@@ -92,7 +93,7 @@ def with_innovations(steps: list[Step], shown: Iterable[Array]) -> list[Step]:
 def design(steps: list[Step]) -> tuple[Array, Array]:
     """Innovations per unit acceleration, shape (m, 2), and the inverse of their covariance."""
     columns = [np.concatenate(innovations(steps, axis)) for axis in np.eye(2)]
-    precision = [step.precision for step in steps if isinstance(step, Measured)]
+    precision = [step.innovation.precision for step in steps if isinstance(step, Measured)]
     return np.stack(columns, axis=1), block_diag(*precision)
 
 
@@ -137,7 +138,7 @@ def test_by_chance_it_finds_what_its_deviation_says() -> None:
     """Over runs with white innovations; twice `whitened` follows χ² with 2 degrees of freedom."""
     rng, steps, runs = np.random.default_rng(1), random_steps(4, count=10), 300
     roots = [
-        np.linalg.cholesky(np.linalg.inv(step.precision))
+        np.linalg.cholesky(np.linalg.inv(step.innovation.precision))
         for step in steps
         if isinstance(step, Measured)
     ]
@@ -192,7 +193,7 @@ def test_a_real_filter_shows_what_the_bank_says(onset_s: float) -> None:
     clean, spoofed = flown(np.zeros(2), 0.0, 20.0), flown(acceleration, onset_s, 20.0)
     pairs = zip(clean, spoofed, strict=True)
     differences = [
-        after.innovation - before.innovation
+        after.innovation.residual - before.innovation.residual
         for before, after in pairs
         if isinstance(before, Measured) and isinstance(after, Measured)
     ]
@@ -277,7 +278,7 @@ def test_asking_changes_nothing() -> None:
 def test_an_error_of_the_height_is_no_offset() -> None:
     """The vertical is another detector's: without coupling it moves nothing here."""
     h, no_gain = np.eye(SIZE)[POSITION], np.zeros((SIZE, 3))
-    high = Measured(POSITION, h, no_gain, np.eye(3), np.array([0.0, 0.0, 50.0]))
+    high = Measured(POSITION, Innovation(h, np.array([0.0, 0.0, 50.0]), np.eye(3), no_gain))
     steps: list[Step] = []
     for _ in range(10):
         steps += [Propagated(0.2, np.eye(SIZE)), high]

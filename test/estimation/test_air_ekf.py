@@ -19,6 +19,7 @@ from hijack_detect.estimation.ekf import (
     POSITION,
     VELOCITY,
     ImuBlock,
+    Innovation,
 )
 from hijack_detect.estimation.lag_ekf import LagEkf, Measured, ModelErrors
 from hijack_detect.estimation.rotation import exponential, matrix, multiply
@@ -106,7 +107,7 @@ def test_the_observation_is_the_derivative_of_the_force() -> None:
     rng = np.random.default_rng(4)
     block = ImuBlock(np.full(20, 0.01), np.zeros((20, 3)), np.tile([1.0, -2.0, 9.0], (20, 1)))
 
-    def flown(moved: Array) -> Measured:
+    def flown(moved: Array) -> Innovation:
         ekf = make()
         ekf.velocity = np.array([6.0, -3.0, 1.0])
         ekf.attitude = exponential((0.2, -0.1, 0.7))
@@ -119,13 +120,13 @@ def test_the_observation_is_the_derivative_of_the_force() -> None:
         last = ekf.steps[-1]
         assert isinstance(last, Measured)
         assert last.block is None
-        return last
+        return last.innovation
 
     zero = flown(np.zeros(SIZE))
     for state in [*range(3, 11), *range(17, SIZE)]:
         moved = np.zeros(SIZE)
         moved[state] = 1e-5 * rng.choice([-1.0, 1.0])
-        shown = flown(moved).innovation - zero.innovation
+        shown = flown(moved).residual - zero.residual
         np.testing.assert_allclose(shown / moved[state], -zero.h[:, state], atol=2e-3)
     others = [*range(3), 11, *range(12, 17)]
     np.testing.assert_array_equal(zero.h[:, others], 0.0)

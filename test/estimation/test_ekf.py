@@ -175,7 +175,7 @@ def test_the_update_is_the_textbook_one(seed: int) -> None:
 
 
 @pytest.mark.parametrize("count", [1, 3, 6])
-def test_the_update_returns_the_log_likelihood_of_the_innovation(count: int) -> None:
+def test_an_innovation_knows_its_log_likelihood(count: int) -> None:
     """Up to the constant of the normal density, which the filters of a bank share."""
     rng = np.random.default_rng(count)
     ekf = random_filter(rng)
@@ -184,7 +184,7 @@ def test_the_update_returns_the_log_likelihood_of_the_innovation(count: int) -> 
     residual = rng.normal(size=count)
     density = multivariate_normal(np.zeros(count), h @ ekf.covariance @ h.T + np.diag(r))
     expected = density.logpdf(residual) + 0.5 * count * math.log(math.tau)
-    assert ekf.update(h, residual, r) == pytest.approx(expected)
+    assert ekf.update(h, residual, r).log_likelihood() == pytest.approx(expected)
 
 
 def test_the_covariance_stays_symmetric_and_positive_definite() -> None:

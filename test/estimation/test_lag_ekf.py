@@ -208,11 +208,12 @@ def test_the_record_of_a_measurement_is_the_textbook_one(block: slice | None) ->
     assert isinstance(step, Measured)
     assert step.block is block
     spread = h @ before.covariance @ h.T + np.diag(r)
-    np.testing.assert_allclose(step.precision @ spread, np.eye(len(r)), atol=1e-12)
-    np.testing.assert_allclose(step.gain @ spread, before.covariance @ h.T, atol=1e-12)
-    np.testing.assert_array_equal(step.h, h)
-    np.testing.assert_array_equal(step.innovation, residual)
-    moved = step.gain @ step.innovation
+    said = step.innovation
+    np.testing.assert_allclose(said.precision @ spread, np.eye(len(r)), atol=1e-12)
+    np.testing.assert_allclose(said.gain @ spread, before.covariance @ h.T, atol=1e-12)
+    np.testing.assert_array_equal(said.h, h)
+    np.testing.assert_array_equal(said.residual, residual)
+    moved = said.gain @ said.residual
     np.testing.assert_allclose(ekf.position - before.position, moved[POSITION], atol=1e-12)
     np.testing.assert_allclose(ekf.lags - before.lags, moved[15:], atol=1e-12)
 

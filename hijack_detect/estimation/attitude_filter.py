@@ -1,0 +1,255 @@
+"""The filter that follows IMU and GPS, with a magnetometer where there is one, and its start."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable, Mapping
+from typing import TypeAlias
+
+import numpy as np
+
+from hijack_detect.estimation.attitude_parameters import AttitudeParameters
+from hijack_detect.estimation.course import CourseEstimator, CourseParameters
+from hijack_detect.estimation.ekf import (
+    ATTITUDE,
+    POSITION,
+    VELOCITY,
+    Ekf,
+    Observation,
+    ProcessNoise,
+)
+from hijack_detect.estimation.filter_bank import FilterBank
+from hijack_detect.estimation.geodesy import LocalFrame
+from hijack_detect.estimation.imu_buffer import ImuBuffer
+from hijack_detect.estimation.magnetic import declination, heading_error
+from hijack_detect.estimation.rotation import (
+    Array,
+    from_roll_pitch_yaw,
+    heading,
+    level,
+)
+from hijack_detect.streams.merge import SENSOR_PATIENCE_S
+from hijack_detect.streams.samples import (
+    NANOSECONDS,
+    FixSample,
+    ImuSample,
+    MagneticSample,
+    Quaternion,
+    Sample,
+    VelocitySample,
+)
+
+MakeFilter: TypeAlias = Callable[[Quaternion, Array, ProcessNoise], Ekf]
+"""Attitude (FLU → ENU), standard deviations of the error state and process noise to a filter."""
+
+OUTAGE_STEP_NS = NANOSECONDS // 2
+"""Without GPS the filter still moves on in steps of this length."""
+
+INITIAL_SIGMAS = np.array([10.0] * 3 + [1.0] * 3 + [0.1, 0.1, math.pi] + [0.15] * 3 + [0.01] * 3)
+"""Standard deviations of the first error state: m, m/s, rad, m/s² and rad/s."""
+MAG_REFUSED_NS = 30 * NANOSECONDS
+"""Longest time without the magnetometer: then the filter may be the one that is wrong."""
+RESTART_SIGMAS = np.array([3.0] * 3 + [1.0] * 3)
+"""Standard deviations of position and velocity when they are taken from the GPS afresh."""
+
+
+class AttitudeFilter:
+    """A bank of filters at the time that the newest GPS measurement was valid, stamp minus lag.
+
+    It levels itself on the accelerometer first. Until the heading is known, GPS steers only the
+    vertical channel and the horizontal velocity is held near zero, which keeps roll and pitch
+    upright. The heading comes from the magnetometer, or from the first course above a speed
+    gate: there a bank of filters starts in eight directions about the course, and the
+    accelerations leave one. From then on position and velocity are used in full.
+
+    Attributes:
+        buffer: IMU samples that the filter has not used yet, and the one before.
+        first_heading: Heading with which it began to use the GPS in full, rad; None before.
+    """
+
+    inputs: Mapping[str, float] = dict.fromkeys(
+        ("imu", "fix", "velocity", "mag"), SENSOR_PATIENCE_S
+    )
+
+    def __init__(self, parameters: AttitudeParameters, make_filter: MakeFilter = Ekf) -> None:
+        """Start without a filter.
+
+        Args:
+            parameters: Its parameters.
+            make_filter: Makes the filter from attitude, standard deviations and noise.
+        """
+        self._parameters = p = parameters
+        self._make_filter = make_filter
+        self._noise = ProcessNoise(p.accel_noise, p.gyro_noise, p.accel_bias_walk, p.gyro_bias_walk)
+        self._lag_ns = round(p.gps_lag_s * NANOSECONDS)
+        self._restart()
+
+    def _restart(self) -> None:
+        self._bank: FilterBank | None = None
+        self._filter_ns = 0
+        """Time that the filter has reached; counts once there is a filter."""
+        self._magnetic: deque[MagneticSample] = deque()
+        self._mag_used_ns: int | None = None
+        self.buffer = ImuBuffer()
+        self.first_heading: float | None = None
+        self._frame: LocalFrame | None = None
+        self._declination: float | None = None
+        self._last_position: Array | None = None
+        self._course = CourseEstimator(CourseParameters(min_speed=self._parameters.align_speed))
+
+    @property
+    def ekf(self) -> Ekf | None:
+        """The filter, None while levelling."""
+        return None if self._bank is None else self._bank.best
+
+    @property
+    def decided(self) -> bool:
+        """Whether the filter has a heading, and only one."""
+        return self._bank is not None and self._aligned and self._bank.decided
+
+    @property
+    def valid_ns(self) -> int:
+        """Time that the filter has reached, nanoseconds; counts once there is a filter."""
+        return self._filter_ns
+
+    @property
+    def _aligned(self) -> bool:
+        return self.first_heading is not None
+
+    def update(self, name: str, sample: Sample) -> bool:
+        """Take the next sample in order of stamp; return whether the filter's attitude changed."""
+        if isinstance(sample, ImuSample):
+            return self._imu(sample)
+        if self._bank is None:
+            return False
+        if isinstance(sample, FixSample):
+            return self._fix(self._bank, sample)
+        if isinstance(sample, VelocitySample):
+            return self._velocity(self._bank, sample)
+        if isinstance(sample, MagneticSample) and self._parameters.use_mag:
+            self._magnetic.append(sample)
+        return False
+
+    def _imu(self, sample: ImuSample) -> bool:
+        gap_s = (sample.stamp_ns - self.buffer.newest_ns) / NANOSECONDS if self.buffer else 0.0
+        if gap_s > self._parameters.max_imu_gap_s:
+            self._restart()
+        self.buffer.append(sample)
+        if self._bank is None:
+            return self._level(sample)
+        if sample.stamp_ns - self._filter_ns <= OUTAGE_STEP_NS + self._lag_ns:
+            return False
+        self._advance(self._bank, sample.stamp_ns - self._lag_ns)
+        return True
+
+    def _level(self, sample: ImuSample) -> bool:
+        if sample.stamp_ns - self.buffer.oldest_ns < self._parameters.level_s * NANOSECONDS:
+            return False
+        roll, pitch = level(self.buffer.mean_specific_force())
+        attitude = from_roll_pitch_yaw(roll, pitch, 0.0)
+        self._bank = FilterBank(self._make_filter(attitude, INITIAL_SIGMAS, self._noise))
+        self._filter_ns = sample.stamp_ns
+        return True
+
+    def _advance(self, bank: FilterBank, to_ns: int) -> None:
+        """Move the filters to a time, as far as there are IMU samples, by way of the compass."""
+        to_ns = min(to_ns, self.buffer.newest_ns)
+        while self._magnetic and self._magnetic[0].stamp_ns <= to_ns:
+            sample = self._magnetic.popleft()
+            self._propagate(bank, sample.stamp_ns)
+            self._mag(bank, sample)
+        self._propagate(bank, to_ns)
+
+    def _propagate(self, bank: FilterBank, to_ns: int) -> None:
+        if to_ns > self._filter_ns:
+            block = self.buffer.take(self._filter_ns, to_ns)
+            bank.apply(lambda ekf: ekf.propagate(block))
+            self._filter_ns = to_ns
+
+    def _fix(self, bank: FilterBank, fix: FixSample) -> bool:
+        course = self._course.update("fix", fix)
+        if not fix.has_fix:
+            return False
+        self._advance(bank, fix.stamp_ns - self._lag_ns)
+        if self._frame is None:
+            self._frame = LocalFrame(fix)
+            self._declination = declination(fix.latitude_deg, fix.longitude_deg, fix.altitude_m)
+        self._last_position = position = np.array(self._frame.enu(fix))
+        if not self._aligned and course.observable:
+            east, north = math.cos(course.angle), math.sin(course.angle)
+            velocity = self._course.speed * np.array([east, north, 0.0])
+            self._align(bank.best, course.angle - heading(bank.best.attitude), velocity)
+            bank.split(math.radians(self._parameters.align_sigma_deg))
+        p = self._parameters
+        variances = np.square([p.position_sigma, p.position_sigma, p.height_sigma])
+        self._measure(bank, POSITION, position, variances)
+        return True
+
+    def _velocity(self, bank: FilterBank, sample: VelocitySample) -> bool:
+        self._advance(bank, sample.stamp_ns - self._lag_ns)
+        variances = np.full(3, self._parameters.velocity_sigma**2)
+        self._measure(bank, VELOCITY, np.array(sample.velocity), variances)
+        return True
+
+    def _measure(self, bank: FilterBank, block: slice, measured: Array, variances: Array) -> None:
+        """Use a GPS measurement; before the heading is known only its vertical part.
+
+        Then a horizontal velocity of about zero keeps roll and pitch upright instead.
+        """
+
+        def observe(ekf: Ekf) -> Observation:
+            rows, residual, noise = ekf.gps(block, measured, variances)
+            if self._aligned:
+                return rows, residual, noise
+            still = np.eye(len(ekf.covariance))[3:5]
+            return (
+                np.vstack([still, rows[2:]]),
+                np.concatenate([-ekf.velocity[:2], residual[2:]]),
+                np.concatenate([[1.0, 1.0], noise[2:]]),
+            )
+
+        bank.measure(observe)
+
+    def _align(self, ekf: Ekf, angle: float, velocity: Array) -> None:
+        """Turn the filter to a first heading and start position and velocity on the GPS."""
+        assert self._last_position is not None
+        ekf.turn(angle, math.radians(self._parameters.align_sigma_deg))
+        ekf.position = self._last_position
+        ekf.velocity = velocity
+        ekf.set_block(POSITION, RESTART_SIGMAS[POSITION])
+        ekf.set_block(VELOCITY, RESTART_SIGMAS[VELOCITY])
+        self.first_heading = heading(ekf.attitude)
+
+    def _mag(self, bank: FilterBank, sample: MagneticSample) -> None:
+        """Heading from the magnetometer; the first one aligns the filter."""
+        turn = self._declination
+        if turn is None:
+            return
+        if not self._aligned:
+            error, _ = heading_error(bank.best.attitude, sample.field, turn)
+            self._align(bank.best, error, np.zeros(3))
+        if self._refused(bank, sample, turn):
+            return
+        self._mag_used_ns = sample.stamp_ns
+        variance = np.array([math.radians(self._parameters.mag_sigma_deg) ** 2])
+
+        def observe(ekf: Ekf) -> Observation:
+            angle, by_attitude = heading_error(ekf.attitude, sample.field, turn)
+            h = np.zeros((1, len(ekf.covariance)))
+            h[0, ATTITUDE] = by_attitude
+            return h, np.array([angle]), variance
+
+        bank.measure(observe)
+
+    def _refused(self, bank: FilterBank, sample: MagneticSample, turn: float) -> bool:
+        """Whether a magnetic heading is too far from the filter's."""
+        last = self._mag_used_ns
+        if last is None or not bank.decided or sample.stamp_ns - last > MAG_REFUSED_NS:
+            return False
+        ekf = bank.best
+        angle, _ = heading_error(ekf.attitude, sample.field, turn)
+        gate = max(
+            math.radians(self._parameters.mag_gate_deg), 3.0 * math.sqrt(ekf.heading_variance)
+        )
+        return abs(angle) > gate
