@@ -143,15 +143,14 @@ class Ekf:
             force: Mean specific force, ENU, m/s², shape (3,).
         """
         total = float(np.sum(block.dt))
-        eye = np.eye(3)
-        noise = np.zeros_like(self.covariance)
         accel = self._noise.accel**2
-        noise[VELOCITY, VELOCITY] = accel * total * eye
-        noise[POSITION, VELOCITY] = noise[VELOCITY, POSITION] = accel * total**2 / 2 * eye
-        noise[POSITION, POSITION] = accel * total**3 / 3 * eye
-        noise[ATTITUDE, ATTITUDE] = self._noise.gyro**2 * total * eye
-        noise[ACCEL_BIAS, ACCEL_BIAS] = self._noise.accel_bias**2 * total * eye
-        noise[GYRO_BIAS, GYRO_BIAS] = self._noise.gyro_bias**2 * total * eye
+        noise = np.zeros_like(self.covariance)
+        noise[POSITION, VELOCITY] = noise[VELOCITY, POSITION] = accel * total**2 / 2 * np.eye(3)
+        add_diagonal(noise, POSITION, accel * total**3 / 3)
+        add_diagonal(noise, VELOCITY, accel * total)
+        add_diagonal(noise, ATTITUDE, self._noise.gyro**2 * total)
+        add_diagonal(noise, ACCEL_BIAS, self._noise.accel_bias**2 * total)
+        add_diagonal(noise, GYRO_BIAS, self._noise.gyro_bias**2 * total)
         return noise
 
     def gps(self, block: slice, measured: Array, variances: Array) -> Observation:
@@ -175,11 +174,11 @@ class Ekf:
         """
         seen = h @ self.covariance
         spread = seen @ h.T
-        spread.flat[:: len(r) + 1] += r
+        add_diagonal(spread, slice(0, len(r)), r)
         precision = np.linalg.inv(spread)
         gain = seen.T @ precision
         keep = -(gain @ h)
-        keep.flat[:: len(keep) + 1] += 1.0
+        add_diagonal(keep, slice(0, len(keep)), 1.0)
         self.covariance = keep @ self.covariance @ keep.T + (gain * r) @ gain.T
         self._inject(gain @ residual)
         return Innovation(h, residual, precision, gain)
@@ -218,32 +217,28 @@ class Ekf:
         return float(self.covariance[8, 8])
 
 
+def add_diagonal(matrix: Array, block: slice, values: Array | float) -> None:
+    """Add to the diagonal of some states; of a square matrix, in place."""
+    step = len(matrix) + 1
+    matrix.flat[block.start * step : block.stop * step : step] += values
+
+
 def _transition(dt: Array, rotation: Array, force: Array, size: int) -> Array:
     """Φ accumulated over a block; states behind the first 15 are constants.
 
     dt has shape (n, 1), rotation (n, 3, 3), force (n, 3) in ENU. With δθ' = −R δbg and
-    δv' = −[R f]× δθ − R δba, every block of Φ is a single or double sum over the samples.
+    δv' = −[R f]× δθ − R δba, every block of Φ is a single or double integral over the samples:
+    a reading counts with its interval, and again with the time from its middle to the end.
     """
     step = dt[:, :, None]
-
-    def integral(values: Array) -> Array:
-        """Integral of (n, 3, 3) up to the middle of each interval."""
-        steps = values * step
-        done: Array = np.cumsum(steps, axis=0) - 0.5 * steps
-        return done
-
-    def both(values: Array) -> tuple[Array, Array]:
-        """Single and double integral over the whole block."""
-        return np.sum(values * step, axis=0), np.sum(integral(values) * step, axis=0)
-
+    turned = np.cumsum(rotation * step, axis=0)
     cross = skew(force)
+    rates = np.concatenate([-cross, -rotation, cross @ (turned - 0.5 * rotation * step)], axis=2)
+    ends = np.cumsum(dt[:, 0])
+    left = ends[-1] - ends + 0.5 * dt[:, 0]
+    weights = np.stack([dt[:, 0] * left, dt[:, 0]])
     phi = np.eye(size)
-    phi[POSITION, VELOCITY] = float(np.sum(dt)) * np.eye(3)
-    for column, rate in (
-        (ATTITUDE, -cross),
-        (ACCEL_BIAS, -rotation),
-        (GYRO_BIAS, cross @ integral(rotation)),
-    ):
-        phi[VELOCITY, column], phi[POSITION, column] = both(rate)
-    phi[ATTITUDE, GYRO_BIAS] = -np.sum(rotation * step, axis=0)
+    phi[POSITION, VELOCITY] = ends[-1] * np.eye(3)
+    phi[:6, 6:15] = (weights @ rates.reshape(len(dt), 27)).reshape(6, 9)
+    phi[ATTITUDE, GYRO_BIAS] = -turned[-1]
     return phi

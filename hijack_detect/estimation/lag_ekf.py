@@ -18,6 +18,7 @@ from hijack_detect.estimation.ekf import (
     Innovation,
     Observation,
     ProcessNoise,
+    add_diagonal,
 )
 from hijack_detect.estimation.rotation import Array
 from hijack_detect.streams.samples import Quaternion
@@ -125,10 +126,9 @@ class LagEkf(Ekf):
         up = np.array([0.0, 0.0, GRAVITY])
         accel = (e.force_scale * float(np.linalg.norm(force - up))) ** 2
         rate = float(np.linalg.norm(np.mean(block.angular_velocity, axis=0)))
-        eye = np.eye(3)
-        noise[VELOCITY, VELOCITY] += accel * total * eye
-        noise[ATTITUDE, ATTITUDE] += (e.rate_scale * rate) ** 2 * total * eye
-        noise[LAGS, LAGS] += e.lag_walk**2 * total * np.eye(2)
+        add_diagonal(noise, VELOCITY, accel * total)
+        add_diagonal(noise, ATTITUDE, (e.rate_scale * rate) ** 2 * total)
+        add_diagonal(noise, LAGS, e.lag_walk**2 * total)
         return noise
 
     def gps(self, block: slice, measured: Array, variances: Array) -> Observation:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import deque
+from collections import defaultdict, deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
@@ -88,6 +88,10 @@ class Monitor:
             "fusion": Stage(lambda: Fusion(p.fusion, DETECTORS)),
             **{name: Stage(make) for name, make in (baselines or {}).items()},
         }
+        self._hearers: dict[str, list[tuple[str, Stage]]] = defaultdict(list)
+        for part, stage in self.stages.items():
+            for source in stage.component.inputs:
+                self._hearers[source].append((part, stage))
 
     def push(self, name: str, sample: Any) -> list[tuple[str, Any]]:
         """Take one input sample; return (part, output) of everything that followed from it."""
@@ -95,9 +99,8 @@ class Monitor:
         waiting = deque([(name, sample)])
         while waiting:
             source, one = waiting.popleft()
-            for part, stage in self.stages.items():
-                if source in stage.component.inputs:
-                    for output in stage.push(source, one):
-                        outputs.append((part, output))
-                        waiting.append((part, output))
+            for part, stage in self._hearers[source]:
+                for output in stage.push(source, one):
+                    outputs.append((part, output))
+                    waiting.append((part, output))
         return outputs
