@@ -7,11 +7,13 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from hijack_detect.bags.errors import BagError
-from hijack_detect.bags.reader import BagReader
+from hijack_detect.bags.reader import BagReader, RawMessage
 from hijack_detect.bags.topics import TYPES, TopicMap
 from hijack_detect.streams.headerless import SATELLITES, SatelliteStamps
+from hijack_detect.streams.imu_bytes import FROM_BYTES
 from hijack_detect.streams.messages import (
     CONVERTERS,
     BadMessage,
@@ -109,13 +111,21 @@ def read_samples(
                 f"{reader.path}: topic {raw.topic} at log time {raw.log_ns} ns has type "
                 f"{raw.msgtype}, the input '{name}' needs {TYPES[name]}; name another topic"
             )
-        message = reader.deserialize(raw)
         try:
-            converted = CONVERT[name](message)
+            converted = _converted(reader, name, raw)
         except BadMessage as error:
-            stamp_ns = raw.log_ns if name == SATELLITES else header_stamp_ns(message)
+            stamp_ns = raw.log_ns
+            if name != SATELLITES:
+                stamp_ns = header_stamp_ns(reader.deserialize(raw))
             reject(Rejection(reader.path, raw.topic, raw.log_ns, stamp_ns, str(error)))
             continue
         yield from stamps.samples(name, place, converted)
     for line in summary.lines():
         _log.warning("%s", line)
+
+
+def _converted(reader: BagReader, name: str, raw: RawMessage) -> Any:
+    """The sample of a message of an input, or its number. Raises BadMessage, BagError."""
+    quick = FROM_BYTES.get(name)
+    sample = None if quick is None else quick(raw.data)
+    return CONVERT[name](reader.deserialize(raw)) if sample is None else sample

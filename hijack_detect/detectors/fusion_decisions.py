@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Protocol
 
@@ -22,8 +23,6 @@ from hijack_detect.streams.samples import NANOSECONDS
 
 PUBLISHED = ("correlation", "date")
 """The detectors that policy `paper` asks: those of Feng 2018."""
-NEVER = 2.0
-"""A probability that is never reached."""
 UNKNOWN = LikelihoodRatio(3.0, 0.7, -0.2, 3.0)
 """Of a detector that nobody has calibrated: it can support an alert, and never give one."""
 
@@ -142,7 +141,7 @@ class Calibrated:
         }
         if State.ALARM in recent:
             return self._parameters.alarm_probability
-        return self._parameters.certain_probability if recent else NEVER
+        return self._parameters.certain_probability if recent else math.inf
 
     def confidence(self, stamp_ns: int) -> float:
         """See Decision: the probability."""

@@ -14,12 +14,14 @@ from rclpy.impl.rcutils_logger import RcutilsLogger
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
+from rclpy.serialization import deserialize_message
 
 from hijack_detect.evaluation.monitor.stage import Component, Stage
 from hijack_detect.nodes.diagnostics import Diagnostics
 from hijack_detect.nodes.parameters import current, declare, own_changes
 from hijack_detect.nodes.qos import OVERRIDES
 from hijack_detect.parameters import ParameterError, Parameters
+from hijack_detect.streams.imu_bytes import FROM_BYTES
 from hijack_detect.streams.messages import CONVERTERS, BadMessage
 
 P = TypeVar("P", bound=Parameters)
@@ -30,17 +32,30 @@ LOG_EVERY_S = 10.0
 
 @dataclass(frozen=True)
 class Input:
-    """A subscription that feeds the stage's input of the same name."""
+    """A subscription that feeds the stage's input of the same name.
+
+    With `from_bytes`, which may give None, messages come as bytes and are made only if need be.
+    """
 
     topic: str
     message_type: type
     qos: QoSProfile
     convert: Callable[[Any], Any]
+    from_bytes: Callable[[bytes], Any] | None = None
+
+    def sample(self, heard: Any) -> Any:
+        """What is in a message or its bytes. Raises BadMessage."""
+        found = None if self.from_bytes is None else self.from_bytes(heard)
+        return self.convert(self.message(heard)) if found is None else found
+
+    def message(self, heard: Any) -> Any:
+        """The message that was heard, made from its bytes if it came as those."""
+        return deserialize_message(heard, self.message_type) if self.from_bytes else heard
 
 
 def sensor_input(name: str, topic: str, message_type: type, qos: QoSProfile) -> Input:
     """An input converted by the converter of its name."""
-    return Input(topic, message_type, qos, CONVERTERS[name])
+    return Input(topic, message_type, qos, CONVERTERS[name], FROM_BYTES.get(name))
 
 
 class StageNode(Node, Generic[P]):
@@ -96,6 +111,7 @@ class StageNode(Node, Generic[P]):
                 given.topic,
                 self._callback(input_name, given),
                 given.qos,
+                raw=given.from_bytes is not None,
                 qos_overriding_options=OVERRIDES,
             )
         self.diagnostics = Diagnostics(self)
@@ -127,36 +143,37 @@ class StageNode(Node, Generic[P]):
         return [(name, converted)]
 
     def _callback(self, name: str, given: Input) -> Callable[..., None]:
-        def received(message: Any) -> None:
-            self._take(name, given, message, 0)
+        def received(heard: Any) -> None:
+            self._take(name, given, heard, 0)
 
-        def received_with_time(message: Any, info: Mapping[str, Any]) -> None:
-            self._take(name, given, message, info["source_timestamp"])
+        def received_with_time(heard: Any, info: Mapping[str, Any]) -> None:
+            self._take(name, given, heard, info["source_timestamp"])
 
         return received_with_time if self.NEEDS_SOURCE_TIMES else received
 
-    def _take(self, name: str, given: Input, message: Any, published_ns: int) -> None:
+    def _take(self, name: str, given: Input, heard: Any, published_ns: int) -> None:
         self._received[name] += 1
         outputs: list[Any] = []
         try:
-            for source, sample in self.samples(name, given.convert(message), published_ns):
+            for source, sample in self.samples(name, given.sample(heard), published_ns):
                 outputs += self.stage.push(source, sample)
         except BadMessage as error:
-            self._reject(name, given.topic, message, str(error))
+            self._reject(name, given, heard, str(error))
         except Exception as error:  # a safety monitor outlives its own mistakes, and says so
-            self._reject(name, given.topic, message, f"internal error: {error!r}")
+            self._reject(name, given, heard, f"internal error: {error!r}")
         for output in outputs:
             self.publish_output(output)
 
-    def _reject(self, name: str, topic: str, message: Any, why: str) -> None:
+    def _reject(self, name: str, given: Input, heard: Any, why: str) -> None:
         self.rejected[f"{name}: bad message"] += 1
         now = time.monotonic()
         if now - self._logged_at.get(name, -LOG_EVERY_S) < LOG_EVERY_S:
             return
         self._logged_at[name] = now
+        message = given.message(heard)
         stamp = getattr(message, "header", None) and message.header.stamp
         told = f" stamped {stamp.sec}.{stamp.nanosec:09d}" if stamp else ""
-        self.log.warning(f"{self.resolve_topic_name(topic)}: message{told} left out: {why}")
+        self.log.warning(f"{self.resolve_topic_name(given.topic)}: message{told} left out: {why}")
 
     def _check_change(self, changes: list[Parameter]) -> SetParametersResult:
         try:

@@ -42,10 +42,19 @@ class BadMessage(ValueError):
 
 def imu_sample(message: Any) -> ImuSample:
     """Convert raw `sensor_msgs/Imu`. Raises BadMessage on non-finite or impossible values."""
-    return ImuSample(
+    return checked_imu(
         header_stamp_ns(message),
-        _vector(message.angular_velocity, "angular_velocity", MAX_ANGULAR_VELOCITY),
-        _vector(message.linear_acceleration, "linear_acceleration", MAX_SPECIFIC_FORCE),
+        _xyz(message.angular_velocity),
+        _xyz(message.linear_acceleration),
+    )
+
+
+def checked_imu(stamp_ns: int, angular_velocity: Vector3, specific_force: Vector3) -> ImuSample:
+    """A sample of the numbers in an Imu. Raises BadMessage."""
+    return ImuSample(
+        stamp_ns,
+        _vector(angular_velocity, "angular_velocity", MAX_ANGULAR_VELOCITY),
+        _vector(specific_force, "linear_acceleration", MAX_SPECIFIC_FORCE),
     )
 
 
@@ -54,14 +63,32 @@ def attitude_sample(message: Any) -> AttitudeSample:
 
     REP-145: a first orientation covariance of -1 says that there is no orientation.
     """
-    covariance = message.orientation_covariance
-    known = _within(covariance[0], "orientation_covariance[0]", -1.0, math.inf) >= 0.0
-    return AttitudeSample(
+    covariance, orientation = message.orientation_covariance, message.orientation
+    return checked_attitude(
         header_stamp_ns(message),
-        _quaternion(message.orientation) if known else None,
-        _within(covariance[8], "orientation_covariance[8]", 0.0, math.inf) if known else math.inf,
-        _vector(message.angular_velocity, "angular_velocity", MAX_ANGULAR_VELOCITY),
-        _vector(message.linear_acceleration, "linear_acceleration", MAX_SPECIFIC_FORCE),
+        (*_xyz(orientation), float(orientation.w)),
+        (float(covariance[0]), float(covariance[8])),
+        _xyz(message.angular_velocity),
+        _xyz(message.linear_acceleration),
+    )
+
+
+def checked_attitude(
+    stamp_ns: int,
+    orientation: Quaternion,
+    variances: tuple[float, float],
+    angular_velocity: Vector3,
+    specific_force: Vector3,
+) -> AttitudeSample:
+    """A sample of the numbers in an Imu, of its covariance [0] and [8]. Raises BadMessage."""
+    roll, yaw = variances
+    known = _within(roll, "orientation_covariance[0]", -1.0, math.inf) >= 0.0
+    return AttitudeSample(
+        stamp_ns,
+        _quaternion(orientation) if known else None,
+        _within(yaw, "orientation_covariance[8]", 0.0, math.inf) if known else math.inf,
+        _vector(angular_velocity, "angular_velocity", MAX_ANGULAR_VELOCITY),
+        _vector(specific_force, "linear_acceleration", MAX_SPECIFIC_FORCE),
     )
 
 
@@ -84,14 +111,14 @@ def fix_sample(message: Any) -> FixSample:
 def velocity_sample(message: Any) -> VelocitySample:
     """Convert `geometry_msgs/TwistStamped` in ENU. Raises BadMessage."""
     return VelocitySample(
-        header_stamp_ns(message), _vector(message.twist.linear, "velocity", MAX_SPEED)
+        header_stamp_ns(message), _vector(_xyz(message.twist.linear), "velocity", MAX_SPEED)
     )
 
 
 def magnetic_sample(message: Any) -> MagneticSample:
     """Convert `sensor_msgs/MagneticField`. Raises BadMessage."""
     return MagneticSample(
-        header_stamp_ns(message), _vector(message.magnetic_field, "magnetic_field", 1.0)
+        header_stamp_ns(message), _vector(_xyz(message.magnetic_field), "magnetic_field", 1.0)
     )
 
 
@@ -156,22 +183,20 @@ def _within(value: float, name: str, low: float, high: float) -> float:
     return float(value)
 
 
-def _vector(vector: Any, name: str, limit: float) -> Vector3:
-    return (
-        _within(vector.x, f"{name}.x", -limit, limit),
-        _within(vector.y, f"{name}.y", -limit, limit),
-        _within(vector.z, f"{name}.z", -limit, limit),
-    )
+def _xyz(vector: Any) -> Vector3:
+    return (float(vector.x), float(vector.y), float(vector.z))
 
 
-def _quaternion(quaternion: Any) -> Quaternion:
-    values = (
-        float(quaternion.x),
-        float(quaternion.y),
-        float(quaternion.z),
-        float(quaternion.w),
-    )
-    norm = math.hypot(*values)
+def _vector(vector: Vector3, name: str, limit: float) -> Vector3:
+    x, y, z = vector
+    if not (-limit <= x <= limit and -limit <= y <= limit and -limit <= z <= limit):
+        for axis, value in zip("xyz", vector, strict=True):
+            _within(value, f"{name}.{axis}", -limit, limit)
+    return vector
+
+
+def _quaternion(quaternion: Quaternion) -> Quaternion:
+    norm = math.hypot(*quaternion)
     if not abs(norm - 1.0) < 1e-3:
-        raise BadMessage(f"orientation {values} has norm {norm:g}, not 1")
-    return values
+        raise BadMessage(f"orientation {quaternion} has norm {norm:g}, not 1")
+    return quaternion
