@@ -119,15 +119,15 @@ class Calibrated:
             peak.add(verdict)
         if verdict.state in RAISED and verdict.detector not in SOFT:
             self._raised_ns[verdict.state] = verdict.stamp_ns
-        evidence = self._evidence(verdict.stamp_ns)
-        if self._probability(evidence) < self._needed(verdict.stamp_ns):
+        if self.confidence(verdict.stamp_ns) < self._needed(verdict.stamp_ns):
             self._since_ns = None
             return ()
         if self._since_ns is None:
             self._since_ns = verdict.stamp_ns
         if verdict.stamp_ns - self._since_ns < self._debounce_ns:
             return ()
-        return [one for one, nats in evidence if nats > 0.0]
+        said = sorted(self._evidence(verdict.stamp_ns), key=lambda one: -one[1])
+        return [one for one, nats in said if nats > 0.0]
 
     def suspects(self, verdict: Verdict) -> bool:
         """See Decision: if its alarm alone would make an attack more probable than not."""
@@ -145,21 +145,17 @@ class Calibrated:
 
     def confidence(self, stamp_ns: int) -> float:
         """See Decision: the probability."""
-        return self._probability(self._evidence(stamp_ns))
+        said = {verdict.detector: nats for verdict, nats in self._evidence(stamp_ns)}
+        return probability(self._prior + together(said))
 
     def _evidence(self, stamp_ns: int) -> list[tuple[Verdict, float]]:
-        """The largest verdict of each detector and what it says in nats, the strongest first."""
+        """The largest verdict of each detector, and what it says in nats."""
         found = [(peak.at(stamp_ns), name) for name, peak in self._peaks.items()]
-        said = [
+        return [
             (verdict, RATIOS.get(name, UNKNOWN)(verdict.margin))
             for verdict, name in found
             if verdict is not None
         ]
-        return sorted(said, key=lambda one: -one[1])
-
-    def _probability(self, evidence: Sequence[tuple[Verdict, float]]) -> float:
-        said = {verdict.detector: nats for verdict, nats in evidence}
-        return probability(self._prior + together(said))
 
 
 def decision(parameters: FusionParameters) -> Decision:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import heapq
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar
 
@@ -68,8 +68,8 @@ class StreamMerge(Generic[S]):
         self._restart_ns = round(RESTART_S * NANOSECONDS)
         self.refused: Counter[str] = Counter()
         """Samples left out, by reason."""
-        self.out_of_order: Counter[str] = Counter()
-        """Samples left out for the stamps of their own input, by input."""
+        self.out_of_order = False
+        """True when the last `push` left its sample out for the stamps of its own input."""
         self.restarted = False
         """True when the last `push` began a new recording."""
         self.set_patience(patience_s)
@@ -88,10 +88,13 @@ class StreamMerge(Generic[S]):
         self._first_ns: int | None = None
         self._newest_ns = 0
         self._released_ns: int | None = None
+        self._slowest: _Input | None = None
+        """The input that holds the others up; None where that has to be found out."""
+        self._certain_ns = 0
 
     def push(self, name: str, sample: S) -> list[tuple[str, S]]:
         """Take one sample; return the samples that became certain, in order of stamp."""
-        self.restarted = False
+        self.restarted = self.out_of_order = False
         stamp = sample.stamp_ns
         if not self._follows(name, stamp):
             return []
@@ -103,7 +106,12 @@ class StreamMerge(Generic[S]):
             self.refused[f"{name}: rejoining after an outage"] += 1
         else:
             heapq.heappush(self._waiting, (stamp, source.index, name, sample))
-        return list(self._release())
+        certain_ns = self._certain_until(source)
+        released: list[tuple[str, S]] = []
+        while self._waiting and self._waiting[0][0] <= certain_ns:
+            self._released_ns, _, name, sample = heapq.heappop(self._waiting)
+            released.append((name, sample))
+        return released
 
     def _follows(self, name: str, stamp: int) -> bool:
         """Whether the stamp follows on those before it, of this or of a new recording."""
@@ -129,35 +137,46 @@ class StreamMerge(Generic[S]):
 
     def _refuse(self, name: str, reason: str) -> None:
         self.refused[f"{name}: {reason}"] += 1
-        self.out_of_order[name] += 1
+        self.out_of_order = True
 
     def _note(self, source: _Input, stamp: int) -> None:
         if self._first_ns is None:
             self._first_ns = self._newest_ns = stamp
-        self._first_ns = min(self._first_ns, stamp)
-        if source.latest_ns is None and stamp - self._first_ns > self._silence_ns:
-            source.joins_at_ns = stamp + self._skew_ns
+        if source.latest_ns is None:
+            self._slowest = None
+            self._first_ns = min(self._first_ns, stamp)
+            if stamp - self._first_ns > self._silence_ns:
+                source.joins_at_ns = stamp + self._skew_ns
         source.latest_ns = stamp
         self._newest_ns = max(self._newest_ns, stamp)
 
-    def _release(self) -> Iterator[tuple[str, S]]:
-        certain_ns = self._certain_until()
-        while self._waiting and self._waiting[0][0] <= certain_ns:
-            stamp, _, name, sample = heapq.heappop(self._waiting)
-            self._released_ns = stamp
-            yield name, sample
+    def _certain_until(self, heard: _Input) -> int:
+        """Newest stamp that every input which is still waited for has passed.
 
-    def _certain_until(self) -> int:
-        """Newest stamp that every input which is still waited for has passed."""
+        It moves on only with the slowest input, or when that has been waited for long enough; and
+        back, with one that had been given up.
+        """
+        slowest, behind = self._slowest, self._passed(heard) < self._certain_ns
+        if slowest is None or slowest is heard or behind or self._given_up(slowest):
+            self._certain_ns, self._slowest = self._newest_ns, None
+            for source in self._inputs.values():
+                if self._given_up(source):
+                    continue
+                passed = self._passed(source)
+                if passed < self._certain_ns:
+                    self._certain_ns, self._slowest = passed, source
+        return self._certain_ns
+
+    def _given_up(self, source: _Input) -> bool:
+        """Whether an input has been silent for longer than its patience."""
+        since = self._first_ns if source.latest_ns is None else source.latest_ns
+        assert since is not None
+        return self._newest_ns - since > source.patience_ns
+
+    def _passed(self, source: _Input) -> int:
+        """Stamp up to which nothing of an input will be let in any more."""
         assert self._first_ns is not None
-        certain = self._newest_ns
-        for source in self._inputs.values():
-            heard = source.latest_ns is not None
-            since = source.latest_ns if source.latest_ns is not None else self._first_ns
-            if self._newest_ns - since > source.patience_ns:
-                continue
-            passed = since if heard else since - 1
-            if source.joins_at_ns is not None:  # nothing of it is let in before
-                passed = max(passed, source.joins_at_ns - 1)
-            certain = min(certain, passed)
-        return certain
+        passed = self._first_ns - 1 if source.latest_ns is None else source.latest_ns
+        if source.joins_at_ns is not None:
+            passed = max(passed, source.joins_at_ns - 1)
+        return passed

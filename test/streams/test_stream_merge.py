@@ -1,6 +1,7 @@
 """The released order depends on stamps alone, whatever arrives when."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import pytest
 from hypothesis import example, given, settings
@@ -147,6 +148,33 @@ def test_released_stamps_increase_between_restarts_whatever_arrives(sent: list[S
             assert sample.stamp_ns >= newest
             assert sample.stamp_ns > last.get(source, -1)
             newest = last[source] = sample.stamp_ns
+
+
+class Forgetful(StreamMerge[Stamp]):
+    """Finds out anew with every sample which input is the slowest."""
+
+    def _certain_until(self, heard: Any) -> int:
+        self._slowest = None
+        return super()._certain_until(heard)
+
+
+steps = st.tuples(st.sampled_from(NAMES), st.integers(-3000, 6000) | st.integers(1, 400))
+
+
+@settings(deadline=None, max_examples=400)
+@given(st.lists(steps, max_size=120), st.sampled_from([(3.0,) * 3, (0.5, 3.0, 60.0)]))
+def test_the_slowest_input_is_known_as_if_it_were_found_anew(
+    moved: list[tuple[str, int]], patience_s: tuple[float, ...]
+) -> None:
+    """Each input has a clock of its own that runs, stops, leaps and falls behind."""
+    waits = dict(zip(NAMES, patience_s, strict=True))
+    usual, plain = StreamMerge[Stamp](waits), Forgetful(waits)
+    clocks = dict.fromkeys(NAMES, 10_000)
+    for name, step in moved:
+        clocks[name] = max(0, clocks[name] + step)
+        stamp = Stamp(clocks[name] * MS)
+        assert usual.push(name, stamp) == plain.push(name, stamp)
+        assert usual.refused == plain.refused
 
 
 def test_equal_stamps_go_in_the_order_of_the_names() -> None:

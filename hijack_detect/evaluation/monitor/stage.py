@@ -87,19 +87,18 @@ class Stage:
 
     def push(self, name: str, sample: Any) -> list[Any]:
         """Take one sample of an input; return the outputs that became certain, in order."""
-        before = self._out_of_order(name)
         ready = self._merge.push(name, sample)
         if self._merge.restarted:
             self._renew()
             self.restarts += 1
             self._last.clear()
-        if self._out_of_order(name) == before:
+        if not self._merge.out_of_order:
             self._last[name] = sample
         elif isinstance(self.component, HearsRefused):
             self.component.refused(name, sample, self._last[name])
-        outputs = (self.component.update(source, one) for source, one in ready)
-        return [output for output in outputs if output is not None]
-
-    def _out_of_order(self, name: str) -> int:
-        """Samples of an input that were refused for its own stamps."""
-        return self._merge.out_of_order[name]
+        outputs = []
+        for source, one in ready:
+            output = self.component.update(source, one)
+            if output is not None:
+                outputs.append(output)
+        return outputs
