@@ -30,11 +30,17 @@ class FusionResult:
     alert: bool
     alert_since_ns: int | None
     confidence: float
-    reason: str
+    cause: str
+    """What led to the alert, in words; empty without one."""
     detectors: Mapping[str, Verdict]
     lost: tuple[str, ...]
     causes: tuple[str, ...] = ()
     """Detectors that led to the alert."""
+
+    @property
+    def reason(self) -> str:
+        """What led to the alert, or what every detector says now."""
+        return self.cause or _told(list(self.detectors.values()))
 
 
 class Fusion:
@@ -115,7 +121,7 @@ class Fusion:
             self._alert_since_ns is not None,
             self._alert_since_ns,
             self._confidence,
-            self._cause or _told(list(known.values())),
+            self._cause,
             known,
             lost,
             self._causes,
