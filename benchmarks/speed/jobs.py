@@ -1,0 +1,70 @@
+"""What is measured, each in a process of its own.
+
+    python benchmarks/speed/jobs.py NAME BAG
+
+Prints processor seconds (without the time to import), largest resident memory and the count.
+"""
+
+from __future__ import annotations
+
+import json
+import resource
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import click
+from rosbags.highlevel import AnyReader
+
+from hijack_detect.bags.reader import BagReader
+from hijack_detect.bags.samples import Rejected, read_samples
+from hijack_detect.evaluation.monitor.offline import run_offline
+from hijack_detect.evaluation.monitor.policies import policy_parameters
+
+
+def iterate(bag: Path) -> int:
+    """Read the messages and do nothing with them."""
+    with BagReader(bag) as reader:
+        return sum(1 for _ in reader.messages())
+
+
+def rosbags(bag: Path) -> int:
+    """Let rosbags read and deserialise them one by one."""
+    with AnyReader([bag]) as reader:
+        return sum(
+            reader.deserialize(raw, connection.msgtype) is not None
+            for connection, _, raw in reader.messages()
+        )
+
+
+def decode(bag: Path) -> int:
+    """Make samples of them."""
+    with BagReader(bag) as reader:
+        return sum(1 for _ in read_samples(reader, reader.inputs(), on_rejected=Rejected().add))
+
+
+def detect(bag: Path) -> int:
+    """Run all detectors: all that `analyze` does but for the report."""
+    with BagReader(bag) as reader:
+        return len(run_offline(reader, policy_parameters("default")).results)
+
+
+JOBS: dict[str, Callable[[Path], int]] = {
+    job.__name__: job for job in (iterate, rosbags, decode, detect)
+}
+
+
+@click.command()
+@click.argument("name", type=click.Choice(list(JOBS)))
+@click.argument("bag", type=click.Path(exists=True, path_type=Path))
+def main(name: str, bag: Path) -> None:
+    """Do one job with a bag."""
+    begin = time.process_time()
+    count = JOBS[name](bag)
+    cpu_s = time.process_time() - begin
+    peak_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    click.echo(json.dumps({"cpu_s": cpu_s, "peak_mb": peak_mb, "count": count}))
+
+
+if __name__ == "__main__":
+    main()
