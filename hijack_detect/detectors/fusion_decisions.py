@@ -111,9 +111,12 @@ class Calibrated:
         self._peaks: dict[str, RecentPeak] = {}
         self._raised_ns: dict[State, int] = {}
         self._since_ns: int | None = None
+        self._weighed: tuple[int, float] | None = None
+        """Stamp and probability since the last verdict."""
 
     def update(self, verdict: Verdict) -> Sequence[Verdict]:
         """See Decision."""
+        self._weighed = None
         if verdict.state in JUDGED:
             peak = self._peaks.setdefault(verdict.detector, RecentPeak(self._kept_ns))
             peak.add(verdict)
@@ -145,8 +148,10 @@ class Calibrated:
 
     def confidence(self, stamp_ns: int) -> float:
         """See Decision: the probability."""
-        said = {verdict.detector: nats for verdict, nats in self._evidence(stamp_ns)}
-        return probability(self._prior + together(said))
+        if self._weighed is None or self._weighed[0] != stamp_ns:
+            said = {verdict.detector: nats for verdict, nats in self._evidence(stamp_ns)}
+            self._weighed = stamp_ns, probability(self._prior + together(said))
+        return self._weighed[1]
 
     def _evidence(self, stamp_ns: int) -> list[tuple[Verdict, float]]:
         """The largest verdict of each detector, and what it says in nats."""

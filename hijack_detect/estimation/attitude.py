@@ -44,6 +44,8 @@ class AttitudeEstimator:
 
     def _forget(self) -> None:
         self._carried = LEVEL
+        self._behind = False
+        """Whether the filter has moved since the attitude was carried forward from it."""
         self._settled = False
         self._integration: QuaternionIntegration | None = None
 
@@ -56,23 +58,18 @@ class AttitudeEstimator:
         """Take the next sample in order of stamp; every IMU sample gives an attitude."""
         if isinstance(sample, ImuSample):
             return self._imu(sample)
-        if self._filter.update(name, sample):
-            self._carry()
+        self._behind |= self._filter.update(name, sample)
         return None
 
     def _imu(self, sample: ImuSample) -> AttitudeSample:
         last, self._last = self._last, sample
         if last is not None and self._filter.ekf is not None:
-            dt = (sample.stamp_ns - last.stamp_ns) / NANOSECONDS
-            omega = self._unbiased(mean(last.angular_velocity, sample.angular_velocity))
-            self._carried = _turned(self._carried, dt, omega)
-            if self._integration is not None:
-                self._integration.step(omega, dt)
-        changed = self._filter.update("imu", sample)
+            self._turn(last, sample, self._filter.ekf)
+        self._behind |= self._filter.update("imu", sample)
         if self._filter.ekf is None:
             self._forget()
-        elif changed:
-            self._carry()
+        elif self._behind:
+            self._carry(self._filter.ekf)
         variance = self._heading_variance()
         self._settled |= math.sqrt(variance) < math.radians(self._parameters.settled_sigma_deg)
         orientation = self._orientation()
@@ -84,22 +81,25 @@ class AttitudeEstimator:
             sample.specific_force,
         )
 
-    def _carry(self) -> None:
-        """Bring the filter's attitude forward to the newest IMU sample."""
-        ekf, first = self._filter.ekf, self._filter.first_heading
-        assert ekf is not None
-        q = ekf.attitude
-        for dt, omega in self._filter.buffer.steps(self._filter.valid_ns):
-            q = _turned(q, dt, self._unbiased(omega))
-        self._carried = q
-        if self._integration is None and first is not None:
-            first_order = self._parameters.first_order
-            self._integration = QuaternionIntegration(first, first_order=first_order)
+    def _turn(self, last: ImuSample, sample: ImuSample, ekf: Ekf) -> None:
+        """Turn on to a sample."""
+        first, p = self._filter.first_heading, self._parameters
+        if self._integration is None and first is not None and p.method == "quaternion":
+            self._integration = QuaternionIntegration(first, first_order=p.first_order)
+        dt = (sample.stamp_ns - last.stamp_ns) / NANOSECONDS
+        omega = mean(last.angular_velocity, sample.angular_velocity)
+        omega = _unbiased(omega, ekf.gyro_bias.tolist())
+        if not self._behind:
+            self._carried = _turned(self._carried, dt, omega)
+        if self._integration is not None:
+            self._integration.step(omega, dt)
 
-    def _unbiased(self, omega: Vector3) -> Vector3:
-        assert self._filter.ekf is not None
-        bx, by, bz = self._filter.ekf.gyro_bias.tolist()
-        return (omega[0] - bx, omega[1] - by, omega[2] - bz)
+    def _carry(self, ekf: Ekf) -> None:
+        """Bring the filter's attitude forward to the newest IMU sample."""
+        q, bias = ekf.attitude, ekf.gyro_bias.tolist()
+        for dt, omega in self._filter.buffer.steps(self._filter.valid_ns):
+            q = _turned(q, dt, _unbiased(omega, bias))
+        self._carried, self._behind = q, False
 
     def _heading_variance(self) -> float:
         """Variance of the heading, rad²; infinite while several headings are possible."""
@@ -111,6 +111,11 @@ class AttitudeEstimator:
         if self._parameters.method == "quaternion":
             return None if self._integration is None else self._integration.orientation
         return normalized(self._carried) if self._settled else None
+
+
+def _unbiased(omega: Vector3, bias: list[float]) -> Vector3:
+    """An angular velocity without the bias of the gyroscope."""
+    return (omega[0] - bias[0], omega[1] - bias[1], omega[2] - bias[2])
 
 
 def _turned(q: Quaternion, dt: float, omega: Vector3) -> Quaternion:

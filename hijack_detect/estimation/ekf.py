@@ -17,6 +17,7 @@ import numpy as np
 from hijack_detect.estimation.rotation import (
     Array,
     exponential,
+    exponentials,
     matrices,
     multiply,
     normalized,
@@ -113,17 +114,17 @@ class Ekf:
         if len(block.dt) == 0:
             return
         dt = block.dt[:, None]
-        rotation_vectors = (block.angular_velocity - self.gyro_bias) * dt
-        middles = np.empty((len(dt), 4))
+        halves = exponentials((block.angular_velocity - self.gyro_bias) * (0.5 * dt))
+        middles = []
         q = self.attitude
-        for k, vector in enumerate(rotation_vectors.tolist()):
-            half = exponential((0.5 * vector[0], 0.5 * vector[1], 0.5 * vector[2]))
+        for x, y, z, w in halves.tolist():
+            half = (x, y, z, w)
             middle = multiply(q, half)
-            middles[k] = middle
+            middles.append(middle)
             q = multiply(middle, half)
         self.attitude = normalized(q)
 
-        rotation = matrices(middles)
+        rotation = matrices(np.array(middles))
         force = np.einsum("nij,nj->ni", rotation, block.specific_force - self.accel_bias)
         phi = _transition(dt, rotation, force, len(self.covariance))
         noise = self.process_noise(block, np.mean(force, axis=0))

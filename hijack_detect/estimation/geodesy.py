@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import pymap3d
+from pymap3d.ecef import uvw2enu
 
 from hijack_detect.streams.samples import FixSample, Vector3
 
@@ -16,7 +19,14 @@ class LocalFrame:
 
     def enu(self, fix: FixSample) -> Vector3:
         """Position of a fix in this frame, metres."""
-        east, north, up = pymap3d.geodetic2enu(
-            fix.latitude_deg, fix.longitude_deg, fix.altitude_m, *self._origin
-        )
+        x, y, z = _ecef(fix.latitude_deg, fix.longitude_deg, fix.altitude_m)
+        x0, y0, z0 = _ecef(*self._origin)
+        east, north, up = uvw2enu(x - x0, y - y0, z - z0, *self._origin[:2])
         return float(east), float(north), float(up)
+
+
+@lru_cache(maxsize=64)
+def _ecef(latitude_deg: float, longitude_deg: float, altitude_m: float) -> Vector3:
+    """Earth-centred coordinates, m. Many parts ask for those of the same fixes."""
+    x, y, z = pymap3d.geodetic2ecef(latitude_deg, longitude_deg, altitude_m)
+    return float(x), float(y), float(z)

@@ -46,6 +46,16 @@ def exponential(vector: Vector3) -> Quaternion:
     return (x * scale, y * scale, z * scale, math.cos(half))
 
 
+def exponentials(vectors: Array) -> Array:
+    """Rotations by rotation vectors of shape (n, 3), rad, as quaternions of shape (n, 4)."""
+    angle = np.sqrt(np.einsum("ni,ni->n", vectors, vectors))
+    half = 0.5 * angle
+    out = np.empty((len(vectors), 4))
+    out[:, :3] = vectors * (0.5 * np.sinc(half / np.pi))[:, None]
+    out[:, 3] = np.cos(half)
+    return out
+
+
 def from_roll_pitch_yaw(roll: float, pitch: float, yaw: float) -> Quaternion:
     """Rotation R_z(yaw) R_y(pitch) R_x(roll), radians; pitch is positive nose down in FLU."""
     qz = (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))

@@ -90,7 +90,7 @@ class StreamMerge(Generic[S]):
         self._released_ns: int | None = None
         self._slowest: _Input | None = None
         """The input that holds the others up; None where that has to be found out."""
-        self._certain_ns = 0
+        self._certain_ns = self._waited_until_ns = 0
 
     def push(self, name: str, sample: S) -> list[tuple[str, S]]:
         """Take one sample; return the samples that became certain, in order of stamp."""
@@ -99,14 +99,17 @@ class StreamMerge(Generic[S]):
         if not self._follows(name, stamp):
             return []
         source = self._inputs[name]
-        self._note(source, stamp)
+        if source.latest_ns is None:
+            self._begin_input(source, stamp)
+        source.latest_ns = stamp
+        self._newest_ns = max(self._newest_ns, stamp)
         if self._released_ns is not None and stamp <= self._released_ns:
             self.refused[f"{name}: arrived too late"] += 1
         elif source.joins_at_ns is not None and stamp < source.joins_at_ns:
             self.refused[f"{name}: rejoining after an outage"] += 1
         else:
             heapq.heappush(self._waiting, (stamp, source.index, name, sample))
-        certain_ns = self._certain_until(source)
+        certain_ns = self._certain_until(source, stamp)
         released: list[tuple[str, S]] = []
         while self._waiting and self._waiting[0][0] <= certain_ns:
             self._released_ns, _, name, sample = heapq.heappop(self._waiting)
@@ -139,44 +142,40 @@ class StreamMerge(Generic[S]):
         self.refused[f"{name}: {reason}"] += 1
         self.out_of_order = True
 
-    def _note(self, source: _Input, stamp: int) -> None:
+    def _begin_input(self, source: _Input, stamp: int) -> None:
+        """Take note of the first stamp of an input."""
         if self._first_ns is None:
             self._first_ns = self._newest_ns = stamp
-        if source.latest_ns is None:
-            self._slowest = None
-            self._first_ns = min(self._first_ns, stamp)
-            if stamp - self._first_ns > self._silence_ns:
-                source.joins_at_ns = stamp + self._skew_ns
-        source.latest_ns = stamp
-        self._newest_ns = max(self._newest_ns, stamp)
+        self._slowest = None
+        self._first_ns = min(self._first_ns, stamp)
+        if stamp - self._first_ns > self._silence_ns:
+            source.joins_at_ns = stamp + self._skew_ns
 
-    def _certain_until(self, heard: _Input) -> int:
+    def _certain_until(self, heard: _Input, stamp: int) -> int:
         """Newest stamp that every input which is still waited for has passed.
 
         It moves on only with the slowest input, or when that has been waited for long enough; and
         back, with one that had been given up.
         """
-        slowest, behind = self._slowest, self._passed(heard) < self._certain_ns
-        if slowest is None or slowest is heard or behind or self._given_up(slowest):
-            self._certain_ns, self._slowest = self._newest_ns, None
-            for source in self._inputs.values():
-                if self._given_up(source):
-                    continue
-                passed = self._passed(source)
-                if passed < self._certain_ns:
-                    self._certain_ns, self._slowest = passed, source
+        slowest = self._slowest
+        known = slowest is not None and slowest is not heard and stamp >= self._certain_ns
+        if not known or self._newest_ns > self._waited_until_ns:
+            self._find_slowest()
         return self._certain_ns
 
-    def _given_up(self, source: _Input) -> bool:
-        """Whether an input has been silent for longer than its patience."""
-        since = self._first_ns if source.latest_ns is None else source.latest_ns
-        assert since is not None
-        return self._newest_ns - since > source.patience_ns
-
-    def _passed(self, source: _Input) -> int:
-        """Stamp up to which nothing of an input will be let in any more."""
+    def _find_slowest(self) -> None:
+        """Look at every input; none is the slowest if the newest stamp is certain."""
         assert self._first_ns is not None
-        passed = self._first_ns - 1 if source.latest_ns is None else source.latest_ns
-        if source.joins_at_ns is not None:
-            passed = max(passed, source.joins_at_ns - 1)
-        return passed
+        self._certain_ns, self._slowest = self._newest_ns, None
+        for source in self._inputs.values():
+            latest = source.latest_ns
+            since, passed = self._first_ns, self._first_ns - 1
+            if latest is not None:
+                since = passed = latest
+            if self._newest_ns - since > source.patience_ns:
+                continue
+            if source.joins_at_ns is not None:  # nothing of it is let in before
+                passed = max(passed, source.joins_at_ns - 1)
+            if passed < self._certain_ns:
+                self._certain_ns, self._slowest = passed, source
+                self._waited_until_ns = since + source.patience_ns

@@ -60,6 +60,12 @@ def test_exponential_keeps_its_precision_at_every_size(angle: float) -> None:
     assert w == pytest.approx(math.cos(angle / 2), rel=1e-14, abs=1e-15)
 
 
+@given(st.lists(vectors | st.tuples(*[st.floats(-1e-3, 1e-3)] * 3), min_size=1, max_size=6))
+def test_many_exponentials(many: list[Vector3]) -> None:
+    found = rotation.exponentials(np.array(many))
+    np.testing.assert_allclose(found, [rotation.exponential(v) for v in many], atol=1e-14)
+
+
 @given(angles, st.floats(-1.57, 1.57), angles)
 def test_roll_pitch_yaw(roll: float, pitch: float, yaw: float) -> None:
     expected = Rotation.from_euler("ZYX", [yaw, pitch, roll])

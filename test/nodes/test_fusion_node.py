@@ -179,7 +179,7 @@ def test_diagnostics_are_stale_before_the_first_verdict_and_when_they_stop(graph
 def test_one_log_line_for_each_change(graph: Graph) -> None:
     monitored = Monitored(graph)
     monitored.say(2.0)
-    monitored.say(2.0, correlation=State.SUSPICIOUS)
+    monitored.say(2.0, date=State.SUSPICIOUS)
     monitored.say(2.0)
     unseen = dict.fromkeys(DETECTORS, State.NOT_OBSERVABLE)
     monitored.say(2.0, **unseen)

@@ -153,9 +153,9 @@ def test_released_stamps_increase_between_restarts_whatever_arrives(sent: list[S
 class Forgetful(StreamMerge[Stamp]):
     """Finds out anew with every sample which input is the slowest."""
 
-    def _certain_until(self, heard: Any) -> int:
+    def _certain_until(self, heard: Any, stamp: int) -> int:
         self._slowest = None
-        return super()._certain_until(heard)
+        return super()._certain_until(heard, stamp)
 
 
 steps = st.tuples(st.sampled_from(NAMES), st.integers(-3000, 6000) | st.integers(1, 400))
