@@ -2,7 +2,7 @@
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
-.PHONY: help setup setup-test demo test lint format lock clean
+.PHONY: help setup setup-test demo test lint format bench lock clean
 
 # A sourced ROS installation must not mix with the ROS of .venv.
 unexport PYTHONPATH PYTHONHOME LD_LIBRARY_PATH _ROS_WHEELS_BOOTSTRAP_COMPLETE VIRTUAL_ENV
@@ -42,6 +42,9 @@ lint: setup-test ## Check style and types.
 format: setup-test ## Bring the sources into the form that lint checks.
 	@.venv/bin/ruff check --quiet --fix . || true
 	@.venv/bin/ruff format .
+
+bench: setup-test ## Measure how fast a bag is analysed, against rosbags.
+	@.venv/bin/python benchmarks/speed/bench.py build/bench
 
 lock: ## Pin the newest versions that requirements*.in allow (needs uv).
 	@for name in requirements requirements-test; do \
