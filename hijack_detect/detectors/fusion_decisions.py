@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Protocol
 
@@ -98,8 +97,8 @@ class Calibrated:
 
     ln odds = ln prior odds + Σ ratios, each of the largest margin of the last `together_s`. Of
     detectors that share a source of error only one counts, and one that cannot tell says nothing.
-    An alert also needs a voice within that time, not one of SOFT: an ALARM, or, where the odds are
-    `certain_probability`, a SUSPICIOUS. And it has to last for `debounce_s`.
+    An alert also needs an ALARM within that time, not one of SOFT; or odds so high that no detector
+    gives them alone (`certain_probability`). And it has to last for `debounce_s`.
     """
 
     def __init__(self, parameters: FusionParameters) -> None:
@@ -109,7 +108,7 @@ class Calibrated:
         self._debounce_ns = round(p.debounce_s * NANOSECONDS)
         self._prior = odds(p.prior)
         self._peaks: dict[str, RecentPeak] = {}
-        self._raised_ns: dict[State, int] = {}
+        self._alarmed_ns: int | None = None
         self._since_ns: int | None = None
         self._weighed: tuple[int, float] | None = None
         """Stamp and probability since the last verdict."""
@@ -120,8 +119,8 @@ class Calibrated:
         if verdict.state in JUDGED:
             peak = self._peaks.setdefault(verdict.detector, RecentPeak(self._kept_ns))
             peak.add(verdict)
-        if verdict.state in RAISED and verdict.detector not in SOFT:
-            self._raised_ns[verdict.state] = verdict.stamp_ns
+        if verdict.state is State.ALARM and verdict.detector not in SOFT:
+            self._alarmed_ns = verdict.stamp_ns
         if self.confidence(verdict.stamp_ns) < self._needed(verdict.stamp_ns):
             self._since_ns = None
             return ()
@@ -138,13 +137,10 @@ class Calibrated:
         return verdict.state in RAISED and self._prior + most >= 0.0
 
     def _needed(self, stamp_ns: int) -> float:
-        """Probability from which there is an alert now, by the voices of the last time."""
-        recent = {
-            state for state, at_ns in self._raised_ns.items() if stamp_ns - at_ns <= self._kept_ns
-        }
-        if State.ALARM in recent:
-            return self._parameters.alarm_probability
-        return self._parameters.certain_probability if recent else math.inf
+        """Probability from which there is an alert now."""
+        alarmed, p = self._alarmed_ns, self._parameters
+        recent = alarmed is not None and stamp_ns - alarmed <= self._kept_ns
+        return p.alarm_probability if recent else p.certain_probability
 
     def confidence(self, stamp_ns: int) -> float:
         """See Decision: the probability."""

@@ -35,8 +35,8 @@ class FusionParameters(Parameters):
     )
     certain_probability: float = param(
         0.97,
-        "Policy `default`: ALARM from this probability on, if a detector is at least SUSPICIOUS. "
-        "No detector gives it alone, two near to their limits do. Clean flights reach 0.77.",
+        "Policy `default`: ALARM from this probability on, without the alarm of a detector. No "
+        "detector gives it alone, two that are near to their limits do. Clean flights reach 0.77.",
         low=0.5,
         high=0.9999,
     )
