@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from hijack_detect.evaluation.analysis.analyse import Analysed
 from hijack_detect.evaluation.analysis.report.recording import Curve
 from hijack_detect.evaluation.analysis.report.style import (
-    ALERT,
     BLUE,
     GREY,
     ORANGE,
@@ -19,6 +16,7 @@ from hijack_detect.evaluation.analysis.report.style import (
     over_time,
 )
 from hijack_detect.evaluation.analysis.report.verdict_curves import (
+    add_limit_in_force,
     against_thresholds,
     value_curve,
     verdict_curve,
@@ -37,7 +35,6 @@ CHECKS = (
     "covariance",
 )
 """Checks of `gnss`, in the order of the legend."""
-LIMIT_LINE = {"dash": "dash", "width": 1.2}
 
 
 def coast_panel(done: Analysed) -> Panel:
@@ -46,7 +43,7 @@ def coast_panel(done: Analysed) -> Panel:
     verdicts = done.run.verdicts.get("coast", [])
     score = verdict_curve(done, verdicts, lambda verdict: verdict.score)
     add_curve(figure, score, "offset acceleration", BLUE, " σ")
-    _add_limit_in_force(figure, done, "coast", " σ")
+    add_limit_in_force(figure, done, "coast", " σ")
     figure.update_yaxes(rangemode="tozero")
     note = "Has the GPS accelerated, since any onset, in a way that the IMU did not feel?"
     return Panel("coast", "Inertial consistency: offset acceleration (σ)", note, figure)
@@ -94,14 +91,7 @@ def drag_panel(done: Analysed) -> Panel:
     figure = over_time(done.analysis.duration_s, 220)
     add_curve(figure, value_curve(done, "drag", "wind_speed"), "wind before", GREY, " m/s")
     add_curve(figure, value_curve(done, "drag", "wind_change"), "change of wind", BLUE, " m/s")
-    _add_limit_in_force(figure, done, "drag", " m/s")
+    add_limit_in_force(figure, done, "drag", " m/s")
     figure.update_yaxes(rangemode="tozero")
     note = "Would the air have to change as no weather does, for the GPS velocity to be true?"
     return Panel("drag", "Drag: the wind that the GPS needs (m/s)", note, figure)
-
-
-def _add_limit_in_force(figure: Any, done: Analysed, detector: str, unit: str) -> None:
-    """Draw the threshold of each verdict: it follows noise and weather."""
-    verdicts = done.run.verdicts.get(detector, [])
-    curve = verdict_curve(done, verdicts, lambda verdict: verdict.threshold)
-    add_curve(figure, curve, "limit", ALERT, unit, **LIMIT_LINE)

@@ -20,6 +20,7 @@ from hijack_detect.evaluation.analysis.report.style import (
     over_time,
 )
 from hijack_detect.evaluation.analysis.report.verdict_curves import (
+    add_limit_in_force,
     against_thresholds,
     value_curve,
     verdict_curve,
@@ -111,7 +112,6 @@ def acceleration_panel(done: Analysed) -> Panel:
     add_curve(figure, ay, "Δay (left)", TEAL, " m/s²", width=1.1)
     size = Curve(ax.time_s, np.hypot(ax.value, ay.value))
     add_curve(figure, size, "Δa (horizontal)", INK, " m/s²", width=1.9)
-    threshold = done.parameters.date.threshold
-    add_limit(figure, threshold, f"threshold {threshold:g} m/s²")
+    add_limit_in_force(figure, done, "date", " m/s²")
     note = "Does the acceleration of the GPS agree with what the accelerometer feels?"
     return Panel("acceleration", "Δa: GPS minus accelerometer (m/s²)", note, figure)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from itertools import cycle
+from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
@@ -14,6 +15,7 @@ from hijack_detect.evaluation.analysis.alarms import JUDGED
 from hijack_detect.evaluation.analysis.analyse import Analysed
 from hijack_detect.evaluation.analysis.report.recording import Curve
 from hijack_detect.evaluation.analysis.report.style import (
+    ALERT,
     DETECTOR_COLOURS,
     add_curve,
     add_limit,
@@ -22,6 +24,7 @@ from hijack_detect.evaluation.analysis.report.style import (
 
 MOST_LINEAR = 4.0
 """Larger margins are drawn on a logarithmic axis, so that 1 stays visible."""
+LIMIT_LINE = {"dash": "dash", "width": 1.2}
 LOWEST = 0.01
 """Where a logarithmic axis begins."""
 
@@ -62,3 +65,10 @@ def verdict_curve(
             [value(one) if one.state in JUDGED else math.nan for one in verdicts], dtype=float
         ),
     )
+
+
+def add_limit_in_force(figure: Any, done: Analysed, detector: str, unit: str) -> None:
+    """Draw the threshold of each verdict: it follows noise and weather."""
+    verdicts = done.run.verdicts.get(detector, [])
+    curve = verdict_curve(done, verdicts, lambda verdict: verdict.threshold)
+    add_curve(figure, curve, "limit", ALERT, unit, **LIMIT_LINE)
