@@ -170,10 +170,8 @@ class StageNode(Node, Generic[P]):
         if now - self._logged_at.get(name, -LOG_EVERY_S) < LOG_EVERY_S:
             return
         self._logged_at[name] = now
-        message = given.message(heard)
-        stamp = getattr(message, "header", None) and message.header.stamp
-        told = f" stamped {stamp.sec}.{stamp.nanosec:09d}" if stamp else ""
-        self.log.warning(f"{self.resolve_topic_name(given.topic)}: message{told} left out: {why}")
+        told = f"message{_stamped(given, heard)} left out: {why}"
+        self.log.warning(f"{self.resolve_topic_name(given.topic)}: {told}")
 
     def _check_change(self, changes: list[Parameter]) -> SetParametersResult:
         try:
@@ -202,3 +200,12 @@ class StageNode(Node, Generic[P]):
         values["restarts"] = str(self.stage.restarts)
         level = DiagnosticStatus.WARN if new else DiagnosticStatus.OK
         self.diagnostics.tell("inputs", level, text or "all messages used", values)
+
+
+def _stamped(given: Input, heard: Any) -> str:
+    """The stamp of a message in words; empty if it has none or its bytes are no message."""
+    try:
+        stamp = given.message(heard).header.stamp
+    except Exception:  # rclpy raises whatever the bytes lead it to
+        return ""
+    return f" stamped {stamp.sec}.{stamp.nanosec:09d}"

@@ -58,3 +58,18 @@ def test_a_clock_that_runs_far_backwards_starts_afresh(graph: Graph, node: str) 
     assert all(told.endswith(": stamp jumps") for told in fed.left_out())
     assert set(fed.left_out().values()) == {1}
     assert fed.process.interrupt() == 0
+
+
+@pytest.mark.parametrize("node", ["coast_detector", "date_detector"])
+def test_bytes_that_are_no_message_are_counted_and_the_node_goes_on(
+    graph: Graph, node: str
+) -> None:
+    fed = Fed(graph, node)
+    fed.until_more_output()
+    one = next(one for one in fed.inputs if one.name in ("imu", "attitude"))
+    fed.publishers[one.name].publish(b"\x00\x01\x00\x00 cut off")
+    fed.until_left_out({f"{one.name}: bad message": 1})
+    assert f"/{one.topic}: message left out: internal error" in fed.process.output
+    fed.until_more_output()
+    assert fed.process.interrupt() == 0
+    assert "Traceback" not in fed.process.output
