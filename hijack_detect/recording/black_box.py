@@ -124,7 +124,7 @@ class BlackBox:
         if now_ns is None:
             return None
         log_ns = self._logged_ns[topic] = self._log_time(topic, stamp_ns, now_ns, stamped=stamped)
-        if name == FUSION:
+        if name == FUSION and stamp_ns is not None:
             self._judged_ns = stamp_ns
         if self._judged_ns is not None:
             self.ring.hold(max(self._judged_ns, now_ns - self._late_ns))

@@ -123,6 +123,20 @@ def test_what_a_late_fusion_has_not_judged_is_kept(late_s: float, from_s: float)
     assert not flight.box.ring.short
 
 
+def test_a_verdict_with_a_broken_stamp_is_not_taken_for_a_fusion_in_time() -> None:
+    flight = Flight()
+    flight.fly(20)
+    alert = flight.alert()
+    flight.due()
+    flight.fly(20, judged=False)
+    flight.hear("fusion", fusion(alert + 10**6 * SECOND, alert=True))
+    assert flight.due() == []
+    flight.hear("fusion", fusion(alert + SECOND, alert=True))
+    flight.box.finish()
+    (whole,) = flight.due()
+    assert whole.messages[-1].log_ns == alert + 5 * SECOND
+
+
 def test_a_fusion_that_died_leaves_the_ring_bounded_and_ends_a_snapshot() -> None:
     flight = Flight()
     flight.fly(20)
