@@ -29,7 +29,7 @@ HERE = Path(__file__).parent
 BASELINE = HERE / "baseline.json"
 WORSE = 1.2
 MINUTES = 10.0
-"""Length of the flight of the first part; the memory is compared with that of six times as long."""
+"""Length of the flight of the first part."""
 RATES_HZ = (50, 100, 250, 500)
 LENGTHS_S = (75.0, 150.0, 300.0, 600.0)
 
@@ -71,7 +71,7 @@ def machine() -> dict[str, str]:
 
 
 def offline(folder: Path, repeats: int) -> dict[str, Any]:
-    """Processor time of each job over that of rosbags, and peak memory over that of six times."""
+    """Figures of each job, and its processor time over that of rosbags."""
     bag = load_bag(folder, 60.0 * MINUTES, 250)
     found = medians(list(JOBS), bag, repeats, "600 s at 250 Hz")
     reference = found["rosbags"]["cpu_s"]
