@@ -2,11 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
-import pytest
-
 from hijack_detect.evaluation.scores.limit_records import (
     WINDOWS_S,
     AttackRecord,
@@ -14,14 +9,6 @@ from hijack_detect.evaluation.scores.limit_records import (
     MethodRecord,
 )
 from hijack_detect.evaluation.trials.families import CLEAN
-
-BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
-
-
-@pytest.fixture(autouse=True)
-def as_a_script(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The benchmarks are scripts that import each other from their folder."""
-    monkeypatch.setattr(sys, "path", [str(BENCHMARKS), *sys.path])
 
 
 def said(alarm_s: float | None) -> MethodRecord:

@@ -15,22 +15,12 @@ from hijack_detect.bags.samples import Rejected, read_samples
 SPEED = Path(__file__).parents[2] / "benchmarks/speed"
 
 
-@pytest.fixture(autouse=True)
-def as_a_script(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The benchmarks are scripts that import each other from their folder."""
-    monkeypatch.setattr(sys, "path", [str(SPEED), *sys.path])
-
-
 @pytest.fixture(scope="module")
 def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A short flight with a fast IMU."""
-    sys.path.insert(0, str(SPEED))
-    try:
-        from load import load_bag  # noqa: PLC0415
+    from load import load_bag  # noqa: PLC0415
 
-        return load_bag(tmp_path_factory.mktemp("load"), 60.0, 200, 10)
-    finally:
-        sys.path.remove(str(SPEED))
+    return load_bag(tmp_path_factory.mktemp("load"), 60.0, 200, 10)
 
 
 def test_a_bag_has_the_rates_that_were_asked_for(bag: Path) -> None:

@@ -1,0 +1,19 @@
+"""The benchmarks are scripts that import each other from their folders."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
+
+
+@pytest.fixture(scope="package", autouse=True)
+def as_scripts() -> Iterator[None]:
+    """Let tests import them as they do."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sys, "path", [str(BENCHMARKS), str(BENCHMARKS / "speed"), *sys.path])
+        yield
