@@ -45,6 +45,8 @@ class _Input:
     doubted_ns: int | None = None
     """A stamp that did not follow on the one before; the next one shows which was right."""
     joins_at_ns: int | None = None
+    silent_until_ns: int = 0
+    """No sample will come with a stamp up to this one."""
 
 
 class StreamMerge(Generic[S]):
@@ -109,7 +111,29 @@ class StreamMerge(Generic[S]):
             self.refused[f"{name}: rejoining after an outage"] += 1
         else:
             heapq.heappush(self._waiting, (stamp, source.index, name, sample))
-        certain_ns = self._certain_until(source, stamp)
+        return self._released(self._certain_until(source, stamp))
+
+    def advance(self, name: str, stamp_ns: int) -> list[tuple[str, S]]:
+        """Take it that no sample of an input will come with a stamp up to this one.
+
+        Who makes the samples may know, long before the next one is there. That changes neither
+        what is released nor the order, only how early.
+        """
+        self.restarted = self.out_of_order = False
+        source = self._inputs[name]
+        if source.latest_ns is None or stamp_ns <= source.silent_until_ns:
+            return []
+        source.silent_until_ns = stamp_ns
+        if source is not self._slowest:
+            return []
+        return self._released(self._certain_until(source, stamp_ns))
+
+    @property
+    def certain_ns(self) -> int:
+        """Stamp up to which everything has been released; 0 before the first sample."""
+        return self._certain_ns
+
+    def _released(self, certain_ns: int) -> list[tuple[str, S]]:
         released: list[tuple[str, S]] = []
         while self._waiting and self._waiting[0][0] <= certain_ns:
             self._released_ns, _, name, sample = heapq.heappop(self._waiting)
@@ -171,7 +195,7 @@ class StreamMerge(Generic[S]):
             latest = source.latest_ns
             since, passed = self._first_ns, self._first_ns - 1
             if latest is not None:
-                since = passed = latest
+                since, passed = latest, max(latest, source.silent_until_ns)
             if self._newest_ns - since > source.patience_ns:
                 continue
             if source.joins_at_ns is not None:  # nothing of it is let in before

@@ -133,6 +133,38 @@ def test_outages_leave_out_the_first_second_after_the_return(data: st.DataObject
     assert len(released) >= len([one for one in expected if one[1] <= certain(recording)])
 
 
+@settings(deadline=None, max_examples=300)
+@given(st.data())
+def test_to_know_that_nothing_comes_changes_only_how_early_it_is_released(
+    data: st.DataObject,
+) -> None:
+    recording = data.draw(recordings(max_gap_ms=6000))
+    sent = data.draw(interleavings(recording))
+    plain, told = merge_of(*NAMES), merge_of(*NAMES)
+    following = {name: iter(stamps[1:]) for name, stamps in recording.items()}
+    usual: list[Sent] = []
+    early: list[Sent] = []
+    for name, ms in sent:
+        usual += deliver(plain, [(name, ms)])
+        early += deliver(told, [(name, ms)])
+        coming = next(following[name], ms + 1)
+        ready = told.advance(name, data.draw(st.integers(ms, coming - 1)) * MS)
+        early += [(n, one.stamp_ns // MS) for n, one in ready]
+        assert early[: len(usual)] == usual
+    assert told.refused == plain.refused
+
+
+def test_an_input_that_will_bring_nothing_holds_nobody_up() -> None:
+    merge = merge_of("a", "b")
+    assert merge.advance("b", 5 * MS) == []  # it has not begun
+    assert deliver(merge, [("a", 0), ("b", 0), ("a", 10)]) == [("a", 0), ("b", 0)]
+    assert merge.certain_ns == 0
+    assert merge.advance("b", 9 * MS) == []
+    assert merge.advance("b", 10 * MS) == [("a", Stamp(10 * MS))]
+    assert merge.certain_ns == 10 * MS
+    assert deliver(merge, [("a", 20), ("b", 15)]) == [("b", 15)]
+
+
 @settings(deadline=None)
 @given(st.lists(st.tuples(st.sampled_from(NAMES), st.integers(0, 200_000)), max_size=60))
 @example([("a", 0), ("a", 0), ("b", 0), ("a", 100_000), ("b", 1), ("a", 1)])

@@ -96,6 +96,18 @@ class Stage:
             self._last[name] = sample
         elif isinstance(self.component, HearsRefused):
             self.component.refused(name, sample, self._last[name])
+        return self._outputs(ready)
+
+    def advance(self, name: str, stamp_ns: int) -> list[Any]:
+        """Take it that an input brings nothing up to a stamp; see `StreamMerge.advance`."""
+        return self._outputs(self._merge.advance(name, stamp_ns))
+
+    @property
+    def passed_ns(self) -> int:
+        """No output will have a stamp up to this one: none is older than what it follows from."""
+        return self._merge.certain_ns
+
+    def _outputs(self, ready: list[tuple[str, Any]]) -> list[Any]:
         outputs = []
         for source, one in ready:
             output = self.component.update(source, one)
