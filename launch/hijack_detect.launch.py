@@ -1,11 +1,12 @@
-"""Starts the monitor: every node as a process of its own.
+"""Starts the monitor: all nodes in one process, or each in a process of its own.
 
     ros2 launch hijack_detect hijack_detect.launch.py
+    ros2 launch hijack_detect hijack_detect.launch.py composed:=false
     ros2 launch hijack_detect hijack_detect.launch.py mavros:=true uav:=uav1 policy:=paper
 
 Arguments: `uav` namespace of the vehicle, `policy` default or paper, `params_file` a parameter
-file instead of the policy's, `mavros` takes the inputs from mavros' topics, `record` starts the
-recorder (journal and black box) too, `use_sim_time`.
+file instead of the policy's, `composed` all nodes in one process, `mavros` takes the inputs from
+mavros' topics, `record` starts the recorder (journal and black box) too, `use_sim_time`.
 """
 
 from __future__ import annotations
@@ -17,13 +18,14 @@ from launch_ros.actions import Node
 from launch_ros.substitutions import FindPackageShare
 
 from hijack_detect.bags.topics import OWN_TOPICS, PRESETS
-from hijack_detect.nodes import MONITOR
+from hijack_detect.nodes import COMPOSED, MONITOR
 
 PACKAGE = "hijack_detect"
 ARGUMENTS = (
     ("uav", "", "Namespace of the vehicle; empty for none."),
     ("policy", "default", "default or paper: which parameter file of the package."),
     ("params_file", "", "A parameter file to use instead of the policy's."),
+    ("composed", "true", "All nodes in one process: less of a processor, and earlier alerts."),
     ("mavros", "false", "Take the inputs from the topics of mavros."),
     ("record", "false", "Keep a journal, and a bag around each alert, with the node recorder."),
     ("use_sim_time", "false", "Use /clock, as a replay publishes it."),
@@ -43,13 +45,15 @@ def nodes(context: LaunchContext) -> list[LaunchDescriptionEntity]:
     def given(name: str) -> str:
         return str(LaunchConfiguration(name).perform(context))
 
-    names = (*MONITOR, "recorder") if given("record") == "true" else MONITOR
+    names = (COMPOSED,) if given("composed") == "true" else MONITOR
+    if given("record") == "true":
+        names = (*names, "recorder")
     own = PathJoinSubstitution([FindPackageShare(PACKAGE), "config", f"{given('policy')}.yaml"])
     return [
         Node(
             package=PACKAGE,
             executable=name,
-            name=name,
+            name=None if name == COMPOSED else name,  # it would rename every node in it
             namespace=given("uav"),
             parameters=[
                 given("params_file") or own,

@@ -23,8 +23,9 @@ def load(name: str) -> ModuleType:
 @pytest.mark.parametrize(
     ("name", "arguments", "nodes"),
     [
-        ("hijack_detect", {"mavros": "true", "uav": "uav1", "policy": "paper"}, 11),
-        ("hijack_detect", {"record": "true"}, 12),
+        ("hijack_detect", {"mavros": "true", "uav": "uav1", "policy": "paper"}, 1),
+        ("hijack_detect", {"record": "true"}, 2),
+        ("hijack_detect", {"composed": "false", "record": "true"}, 12),
         ("replay", {"bag": "bags/curved_8", "rate": "4"}, 12),
     ],
 )

@@ -15,4 +15,5 @@ MONITOR = (
     "drag_detector",
     "fusion",
 )
-NODES = (*MONITOR, "bag_replay", "gps_spoofer", "recorder")
+COMPOSED = "all"
+NODES = (*MONITOR, COMPOSED, "bag_replay", "gps_spoofer", "recorder")

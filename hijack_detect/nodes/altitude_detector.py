@@ -15,14 +15,14 @@ from hijack_detect.detectors.altitude_parameters import AltitudeParameters
 from hijack_detect.nodes.detector_node import DetectorNode
 from hijack_detect.nodes.qos import INTERNAL, SENSOR
 from hijack_detect.nodes.running import run
-from hijack_detect.nodes.stage_node import sensor_input
+from hijack_detect.nodes.wiring import Topics, Wiring, sensor_input
 
 
 class AltitudeDetectorNode(DetectorNode[AltitudeParameters]):
     """Runs `AltitudeDetector`."""
 
-    def __init__(self) -> None:
-        """Subscribe and advertise."""
+    def __init__(self, wiring: Wiring) -> None:
+        """Subscribe and advertise; see StageNode."""
         inputs = {
             "attitude": sensor_input("attitude", "imu/data", Imu, INTERNAL),
             "pressure": sensor_input("pressure", "pressure", FluidPressure, SENSOR),
@@ -30,13 +30,18 @@ class AltitudeDetectorNode(DetectorNode[AltitudeParameters]):
             "fix": sensor_input("fix", "gps/fix", NavSatFix, SENSOR),
         }
         super().__init__(
-            AltitudeDetector.NAME, AltitudeParameters, AltitudeDetector, inputs, ("difference",)
+            AltitudeDetector.NAME,
+            AltitudeParameters,
+            AltitudeDetector,
+            inputs,
+            wiring,
+            ("difference",),
         )
 
 
 def main() -> None:
     """Run the node."""
-    run(AltitudeDetectorNode, __doc__ or "")
+    run(lambda: AltitudeDetectorNode(Topics()), __doc__ or "")
 
 
 if __name__ == "__main__":

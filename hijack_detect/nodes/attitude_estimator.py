@@ -15,9 +15,11 @@ from hijack_detect.estimation.attitude import AttitudeEstimator
 from hijack_detect.estimation.attitude_parameters import AttitudeParameters
 from hijack_detect.estimation.rotation import heading
 from hijack_detect.nodes.messages import imu_message
-from hijack_detect.nodes.qos import INTERNAL, SENSOR
+from hijack_detect.nodes.outlet import Outlet
+from hijack_detect.nodes.qos import SENSOR
 from hijack_detect.nodes.running import run
-from hijack_detect.nodes.stage_node import StageNode, sensor_input
+from hijack_detect.nodes.stage_node import StageNode
+from hijack_detect.nodes.wiring import Topics, Wiring, sensor_input
 from hijack_detect.streams.samples import AttitudeSample
 
 
@@ -28,8 +30,8 @@ class AttitudeEstimatorNode(StageNode[AttitudeParameters]):
     is found again.
     """
 
-    def __init__(self) -> None:
-        """Subscribe and advertise."""
+    def __init__(self, wiring: Wiring) -> None:
+        """Subscribe and advertise; see StageNode."""
         inputs = {
             "imu": sensor_input("imu", "imu/data_raw", Imu, SENSOR),
             "fix": sensor_input("fix", "gps/fix", NavSatFix, SENSOR),
@@ -37,21 +39,28 @@ class AttitudeEstimatorNode(StageNode[AttitudeParameters]):
             "mag": sensor_input("mag", "mag", MagneticField, SENSOR),
         }
         super().__init__(
-            "attitude_estimator", AttitudeParameters, AttitudeEstimator, inputs, read_only=True
+            "attitude_estimator",
+            AttitudeParameters,
+            AttitudeEstimator,
+            inputs,
+            wiring,
+            output="imu/data",
+            read_only=True,
         )
-        self._imu = self.create_publisher(Imu, "imu/data", INTERNAL)
-        self._yaw = self.create_publisher(Float64, "yaw", INTERNAL)
+        self._imu = Outlet(self, Imu, "imu/data", wiring.rate_hz)
+        self._yaw = Outlet(self, Float64, "yaw", wiring.rate_hz)
 
     def publish_output(self, output: AttitudeSample) -> None:
-        """Publish imu/data, and yaw while somebody listens."""
-        self._imu.publish(imu_message(output, "base_link"))
-        if output.orientation is not None and self._yaw.get_subscription_count():
-            self._yaw.publish(Float64(data=heading(output.orientation)))
+        """Publish imu/data and yaw."""
+        self._imu.publish(output.stamp_ns, lambda: imu_message(output, "base_link"))
+        q = output.orientation
+        if q is not None:
+            self._yaw.publish(output.stamp_ns, lambda: Float64(data=heading(q)))
 
 
 def main() -> None:
     """Run the node."""
-    run(AttitudeEstimatorNode, __doc__ or "")
+    run(lambda: AttitudeEstimatorNode(Topics()), __doc__ or "")
 
 
 if __name__ == "__main__":

@@ -16,14 +16,14 @@ from hijack_detect.detectors.coast_parameters import CoastParameters
 from hijack_detect.nodes.detector_node import DetectorNode
 from hijack_detect.nodes.qos import SENSOR
 from hijack_detect.nodes.running import run
-from hijack_detect.nodes.stage_node import sensor_input
+from hijack_detect.nodes.wiring import Topics, Wiring, sensor_input
 
 
 class CoastDetectorNode(DetectorNode[CoastParameters]):
     """Runs `CoastDetector`."""
 
-    def __init__(self) -> None:
-        """Subscribe and advertise."""
+    def __init__(self, wiring: Wiring) -> None:
+        """Subscribe and advertise; see StageNode."""
         inputs = {
             "imu": sensor_input("imu", "imu/data_raw", Imu, SENSOR),
             "velocity": sensor_input("velocity", "gps/vel", TwistStamped, SENSOR),
@@ -31,12 +31,14 @@ class CoastDetectorNode(DetectorNode[CoastParameters]):
             "fix": sensor_input("fix", "gps/fix", NavSatFix, SENSOR),
         }
         figures = ("score", "threshold", "acceleration", "direction", "smallest_visible")
-        super().__init__(CoastDetector.NAME, CoastParameters, CoastDetector, inputs, figures)
+        super().__init__(
+            CoastDetector.NAME, CoastParameters, CoastDetector, inputs, wiring, figures
+        )
 
 
 def main() -> None:
     """Run the node."""
-    run(CoastDetectorNode, __doc__ or "")
+    run(lambda: CoastDetectorNode(Topics()), __doc__ or "")
 
 
 if __name__ == "__main__":

@@ -15,14 +15,14 @@ from hijack_detect.detectors.correlation_parameters import CorrelationParameters
 from hijack_detect.nodes.detector_node import DetectorNode
 from hijack_detect.nodes.qos import INTERNAL
 from hijack_detect.nodes.running import run
-from hijack_detect.nodes.stage_node import sensor_input
+from hijack_detect.nodes.wiring import Topics, Wiring, sensor_input
 
 
 class CorrelationDetectorNode(DetectorNode[CorrelationParameters]):
     """Runs `CorrelationDetector`."""
 
-    def __init__(self) -> None:
-        """Subscribe and advertise."""
+    def __init__(self, wiring: Wiring) -> None:
+        """Subscribe and advertise; see StageNode."""
         inputs = {
             "attitude": sensor_input("attitude", "imu/data", Imu, INTERNAL),
             "course": sensor_input("course", "gps/course", QuaternionStamped, INTERNAL),
@@ -32,13 +32,14 @@ class CorrelationDetectorNode(DetectorNode[CorrelationParameters]):
             CorrelationParameters,
             CorrelationDetector,
             inputs,
+            wiring,
             ("coefficient", "mean_difference"),
         )
 
 
 def main() -> None:
     """Run the node."""
-    run(CorrelationDetectorNode, __doc__ or "")
+    run(lambda: CorrelationDetectorNode(Topics()), __doc__ or "")
 
 
 if __name__ == "__main__":

@@ -14,27 +14,32 @@ from hijack_detect.detectors.date_parameters import DateParameters
 from hijack_detect.nodes.detector_node import DetectorNode
 from hijack_detect.nodes.qos import INTERNAL, SENSOR
 from hijack_detect.nodes.running import run
-from hijack_detect.nodes.stage_node import sensor_input
+from hijack_detect.nodes.wiring import Topics, Wiring, sensor_input
 
 
 class DateDetectorNode(DetectorNode[DateParameters]):
     """Runs `DateDetector`."""
 
-    def __init__(self) -> None:
-        """Subscribe and advertise."""
+    def __init__(self, wiring: Wiring) -> None:
+        """Subscribe and advertise; see StageNode."""
         inputs = {
             "attitude": sensor_input("attitude", "imu/data", Imu, INTERNAL),
             "fix": sensor_input("fix", "gps/fix", NavSatFix, SENSOR),
             "velocity": sensor_input("velocity", "gps/vel", TwistStamped, SENSOR),
         }
         super().__init__(
-            DateDetector.NAME, DateParameters, DateDetector, inputs, ("delta_ax", "delta_ay")
+            DateDetector.NAME,
+            DateParameters,
+            DateDetector,
+            inputs,
+            wiring,
+            ("delta_ax", "delta_ay"),
         )
 
 
 def main() -> None:
     """Run the node."""
-    run(DateDetectorNode, __doc__ or "")
+    run(lambda: DateDetectorNode(Topics()), __doc__ or "")
 
 
 if __name__ == "__main__":

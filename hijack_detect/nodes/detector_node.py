@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from typing import Any
+from functools import partial
 
 from diagnostic_msgs.msg import DiagnosticArray
 from std_msgs.msg import Bool, Float64
@@ -12,8 +12,9 @@ from std_msgs.msg import Bool, Float64
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.evaluation.monitor.stage import Component
 from hijack_detect.nodes.messages import verdict_message
-from hijack_detect.nodes.qos import INTERNAL
-from hijack_detect.nodes.stage_node import Input, P, StageNode
+from hijack_detect.nodes.outlet import Outlet
+from hijack_detect.nodes.stage_node import P, StageNode
+from hijack_detect.nodes.wiring import Input, Wiring
 
 
 class DetectorNode(StageNode[P]):
@@ -25,6 +26,7 @@ class DetectorNode(StageNode[P]):
         parameters: type[P],
         make: Callable[[P], Component],
         inputs: Mapping[str, Input],
+        wiring: Wiring,
         figures: tuple[str, ...],
         *,
         node_name: str = "",
@@ -36,26 +38,34 @@ class DetectorNode(StageNode[P]):
             parameters: Parameter dataclass.
             make: Makes the detector from its parameters.
             inputs: Subscription of each input.
+            wiring: See StageNode.
             figures: Values of the verdict, its `score` or its `threshold`, that are published
                 as NAME/FIGURE.
             node_name: Name of the node, default NAME_detector.
         """
-        super().__init__(node_name or f"{name}_detector", parameters, make, inputs)
-        self._verdict = self.create_publisher(DiagnosticArray, f"{name}/verdict", INTERNAL)
-        self._hijacked = self.create_publisher(Bool, f"{name}/hijacked", INTERNAL)
-        self._figures: dict[str, Any] = {
-            figure: self.create_publisher(Float64, f"{name}/{figure}", INTERNAL)
-            for figure in figures
+        verdict = f"{name}/verdict"
+        super().__init__(
+            node_name or f"{name}_detector", parameters, make, inputs, wiring, output=verdict
+        )
+        self._verdict = Outlet(self, DiagnosticArray, verdict, wiring.rate_hz)
+        self._hijacked = Outlet(self, Bool, f"{name}/hijacked", wiring.rate_hz)
+        self._figures = {
+            figure: Outlet(self, Float64, f"{name}/{figure}", wiring.rate_hz) for figure in figures
         }
         self._state: State | None = None
 
     def publish_output(self, output: Verdict) -> None:
         """Publish a verdict; a figure that is not defined is NaN, a gap in every plot."""
-        self._verdict.publish(verdict_message(output))
-        self._hijacked.publish(Bool(data=output.state is State.ALARM))
-        values = {**output.values, "score": output.score, "threshold": output.threshold}
-        for figure, publisher in self._figures.items():
-            publisher.publish(Float64(data=values.get(figure, math.nan)))
-        if output.state is not self._state:
-            self._state = output.state
+        news, self._state = output.state is not self._state, output.state
+        alarm, stamp_ns = output.state is State.ALARM, output.stamp_ns
+        self._verdict.publish(stamp_ns, lambda: verdict_message(output), change=news)
+        self._hijacked.publish(stamp_ns, lambda: Bool(data=alarm), change=news)
+        for figure, outlet in self._figures.items():
+            outlet.publish(stamp_ns, partial(_figure, output, figure), change=news)
+        if news:
             self.log.info(f"{output.state.value} margin {output.margin:.2f}: {output.reason}")
+
+
+def _figure(output: Verdict, name: str) -> Float64:
+    values = {**output.values, "score": output.score, "threshold": output.threshold}
+    return Float64(data=values.get(name, math.nan))

@@ -14,25 +14,27 @@ from hijack_detect.detectors.drag_parameters import DragParameters
 from hijack_detect.nodes.detector_node import DetectorNode
 from hijack_detect.nodes.qos import INTERNAL, SENSOR
 from hijack_detect.nodes.running import run
-from hijack_detect.nodes.stage_node import sensor_input
+from hijack_detect.nodes.wiring import Topics, Wiring, sensor_input
 
 
 class DragDetectorNode(DetectorNode[DragParameters]):
     """Runs `DragDetector`."""
 
-    def __init__(self) -> None:
-        """Subscribe and advertise."""
+    def __init__(self, wiring: Wiring) -> None:
+        """Subscribe and advertise; see StageNode."""
         inputs = {
             "attitude": sensor_input("attitude", "imu/data", Imu, INTERNAL),
             "fix": sensor_input("fix", "gps/fix", NavSatFix, SENSOR),
             "velocity": sensor_input("velocity", "gps/vel", TwistStamped, SENSOR),
         }
-        super().__init__(DragDetector.NAME, DragParameters, DragDetector, inputs, ("wind_change",))
+        super().__init__(
+            DragDetector.NAME, DragParameters, DragDetector, inputs, wiring, ("wind_change",)
+        )
 
 
 def main() -> None:
     """Run the node."""
-    run(DragDetectorNode, __doc__ or "")
+    run(lambda: DragDetectorNode(Topics()), __doc__ or "")
 
 
 if __name__ == "__main__":

@@ -15,9 +15,11 @@ from hijack_detect.detectors.fusion import Fusion, FusionResult
 from hijack_detect.detectors.fusion_parameters import FusionParameters
 from hijack_detect.evaluation.monitor.graph import DETECTORS
 from hijack_detect.nodes.messages import fusion_message, verdict_from
+from hijack_detect.nodes.outlet import Outlet
 from hijack_detect.nodes.qos import INTERNAL, STATE
 from hijack_detect.nodes.running import run
-from hijack_detect.nodes.stage_node import Input, StageNode
+from hijack_detect.nodes.stage_node import StageNode
+from hijack_detect.nodes.wiring import Input, Topics, Wiring
 from hijack_detect.streams.samples import NANOSECONDS
 
 HEARTBEAT_S = 1.0
@@ -28,8 +30,8 @@ ALERT = "hijack alert"
 class FusionNode(StageNode[FusionParameters]):
     """Runs `Fusion`. Parameters are read-only: a change would lose a latched alert."""
 
-    def __init__(self) -> None:
-        """Subscribe and advertise."""
+    def __init__(self, wiring: Wiring) -> None:
+        """Subscribe and advertise; see StageNode."""
         inputs = {
             name: Input(f"{name}/verdict", DiagnosticArray, INTERNAL, verdict_from)
             for name in DETECTORS
@@ -39,11 +41,12 @@ class FusionNode(StageNode[FusionParameters]):
             FusionParameters,
             lambda parameters: Fusion(parameters, DETECTORS),
             inputs,
+            wiring,
             read_only=True,
         )
         self._alert = self.create_publisher(Bool, "hijack_alert", STATE)
-        self._confidence = self.create_publisher(Float64, "hijack_confidence", INTERNAL)
-        self._verdict = self.create_publisher(DiagnosticArray, "fusion/verdict", INTERNAL)
+        self._confidence = Outlet(self, Float64, "hijack_confidence", wiring.rate_hz)
+        self._verdict = Outlet(self, DiagnosticArray, "fusion/verdict", wiring.rate_hz)
         self.create_service(Trigger, "~/reset", self._reset)
         self._result: FusionResult | None = None
         self._heard_ns = self.get_clock().now().nanoseconds
@@ -54,11 +57,13 @@ class FusionNode(StageNode[FusionParameters]):
         """Publish a result; log when the state or the alert changes."""
         before, self._result = self._result, output
         self._heard_ns = self.get_clock().now().nanoseconds
-        self._confidence.publish(Float64(data=output.confidence))
-        self._verdict.publish(fusion_message(output))
         if before is None or before.alert != output.alert:
             self._alert.publish(Bool(data=output.alert))
-        if before is None or (before.state, before.alert) != (output.state, output.alert):
+        news = before is None or (before.state, before.alert) != (output.state, output.alert)
+        stamp_ns, confidence = output.stamp_ns, output.confidence
+        self._confidence.publish(stamp_ns, lambda: Float64(data=confidence), change=news)
+        self._verdict.publish(stamp_ns, lambda: fusion_message(output), change=news)
+        if news:
             seconds = output.stamp_ns / NANOSECONDS
             if output.alert:
                 self.log.error(f"HIJACK ALERT at {seconds:.3f} s: {output.reason}")
@@ -89,7 +94,7 @@ class FusionNode(StageNode[FusionParameters]):
 
 def main() -> None:
     """Run the node."""
-    run(FusionNode, __doc__ or "")
+    run(lambda: FusionNode(Topics()), __doc__ or "")
 
 
 if __name__ == "__main__":

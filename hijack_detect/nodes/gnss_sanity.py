@@ -22,7 +22,7 @@ from hijack_detect.detectors.gnss_sanity_parameters import GnssSanityParameters
 from hijack_detect.nodes.detector_node import DetectorNode
 from hijack_detect.nodes.qos import SENSOR
 from hijack_detect.nodes.running import run
-from hijack_detect.nodes.stage_node import Input, sensor_input
+from hijack_detect.nodes.wiring import Input, Topics, Wiring, sensor_input
 from hijack_detect.streams.headerless import SatelliteStamps
 from hijack_detect.streams.messages import satellite_count
 
@@ -38,8 +38,8 @@ class GnssSanityNode(DetectorNode[GnssSanityParameters]):
 
     NEEDS_SOURCE_TIMES = True
 
-    def __init__(self) -> None:
-        """Subscribe and advertise."""
+    def __init__(self, wiring: Wiring) -> None:
+        """Subscribe and advertise; see StageNode."""
         inputs = {
             "fix": sensor_input("fix", FIX, NavSatFix, SENSOR),
             "velocity": sensor_input("velocity", "gps/vel", TwistStamped, SENSOR),
@@ -51,6 +51,7 @@ class GnssSanityNode(DetectorNode[GnssSanityParameters]):
             GnssSanityParameters,
             GnssSanityDetector,
             inputs,
+            wiring,
             FIGURES,
             node_name="gnss_sanity",
         )
@@ -76,7 +77,7 @@ class GnssSanityNode(DetectorNode[GnssSanityParameters]):
 
 def main() -> None:
     """Run the node."""
-    run(GnssSanityNode, __doc__ or "", SingleThreadedExecutor)
+    run(lambda: GnssSanityNode(Topics()), __doc__ or "", SingleThreadedExecutor)
 
 
 if __name__ == "__main__":

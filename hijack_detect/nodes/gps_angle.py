@@ -13,35 +13,40 @@ from std_msgs.msg import Float64
 
 from hijack_detect.estimation.course import CourseEstimator, CourseParameters, gps_angle
 from hijack_detect.nodes.messages import course_message
-from hijack_detect.nodes.qos import INTERNAL, SENSOR
+from hijack_detect.nodes.outlet import Outlet
+from hijack_detect.nodes.qos import SENSOR
 from hijack_detect.nodes.running import run
-from hijack_detect.nodes.stage_node import StageNode, sensor_input
+from hijack_detect.nodes.stage_node import StageNode
+from hijack_detect.nodes.wiring import Topics, Wiring, sensor_input
 from hijack_detect.streams.samples import CourseSample
 
 
 class GpsAngleNode(StageNode[CourseParameters]):
     """Runs `CourseEstimator`."""
 
-    def __init__(self) -> None:
-        """Subscribe and advertise."""
+    def __init__(self, wiring: Wiring) -> None:
+        """Subscribe and advertise; see StageNode."""
         inputs = {"fix": sensor_input("fix", "gps/fix", NavSatFix, SENSOR)}
-        super().__init__("gps_angle", CourseParameters, CourseEstimator, inputs)
-        self._course = self.create_publisher(QuaternionStamped, "gps/course", INTERNAL)
-        self._angle = self.create_publisher(Float64, "gps_angle", INTERNAL)
+        super().__init__(
+            "gps_angle", CourseParameters, CourseEstimator, inputs, wiring, output="gps/course"
+        )
+        self._course = Outlet(self, QuaternionStamped, "gps/course", wiring.rate_hz)
+        self._angle = Outlet(self, Float64, "gps_angle", wiring.rate_hz)
         self._held: float | None = None
 
     def publish_output(self, output: CourseSample) -> None:
         """Publish gps/course and gps_angle."""
-        self._course.publish(course_message(output, "map"))
+        self._course.publish(output.stamp_ns, lambda: course_message(output, "map"))
         if output.observable:
             self._held = gps_angle(output)
-        if self._held is not None:
-            self._angle.publish(Float64(data=self._held))
+        held = self._held
+        if held is not None:
+            self._angle.publish(output.stamp_ns, lambda: Float64(data=held))
 
 
 def main() -> None:
     """Run the node."""
-    run(GpsAngleNode, __doc__ or "")
+    run(lambda: GpsAngleNode(Topics()), __doc__ or "")
 
 
 if __name__ == "__main__":

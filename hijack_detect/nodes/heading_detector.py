@@ -15,14 +15,14 @@ from hijack_detect.detectors.heading_parameters import HeadingParameters
 from hijack_detect.nodes.detector_node import DetectorNode
 from hijack_detect.nodes.qos import INTERNAL, SENSOR
 from hijack_detect.nodes.running import run
-from hijack_detect.nodes.stage_node import sensor_input
+from hijack_detect.nodes.wiring import Topics, Wiring, sensor_input
 
 
 class HeadingDetectorNode(DetectorNode[HeadingParameters]):
     """Runs `HeadingDetector`."""
 
-    def __init__(self) -> None:
-        """Subscribe and advertise."""
+    def __init__(self, wiring: Wiring) -> None:
+        """Subscribe and advertise; see StageNode."""
         inputs = {
             "imu": sensor_input("imu", "imu/data_raw", Imu, SENSOR),
             "mag": sensor_input("mag", "mag", MagneticField, SENSOR),
@@ -31,13 +31,18 @@ class HeadingDetectorNode(DetectorNode[HeadingParameters]):
             "attitude": sensor_input("attitude", "imu/data", Imu, INTERNAL),
         }
         super().__init__(
-            HeadingDetector.NAME, HeadingParameters, HeadingDetector, inputs, ("difference",)
+            HeadingDetector.NAME,
+            HeadingParameters,
+            HeadingDetector,
+            inputs,
+            wiring,
+            ("difference",),
         )
 
 
 def main() -> None:
     """Run the node."""
-    run(HeadingDetectorNode, __doc__ or "")
+    run(lambda: HeadingDetectorNode(Topics()), __doc__ or "")
 
 
 if __name__ == "__main__":

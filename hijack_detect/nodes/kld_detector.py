@@ -21,9 +21,10 @@ from hijack_detect.detectors.kld import CODES, KldDetector
 from hijack_detect.detectors.kld_parameters import KldParameters
 from hijack_detect.detectors.verdict import Verdict
 from hijack_detect.nodes.detector_node import DetectorNode
-from hijack_detect.nodes.qos import INTERNAL, SENSOR
+from hijack_detect.nodes.outlet import Outlet
+from hijack_detect.nodes.qos import SENSOR
 from hijack_detect.nodes.running import run
-from hijack_detect.nodes.stage_node import Input, sensor_input
+from hijack_detect.nodes.wiring import Input, Topics, Wiring, sensor_input
 from hijack_detect.streams.headerless import SatelliteStamps
 from hijack_detect.streams.messages import satellite_count
 
@@ -37,16 +38,19 @@ class KldDetectorNode(DetectorNode[KldParameters]):
 
     NEEDS_SOURCE_TIMES = True
 
-    def __init__(self) -> None:
-        """Subscribe and advertise."""
+    def __init__(self, wiring: Wiring) -> None:
+        """Subscribe and advertise; see StageNode."""
         inputs = {
             "fix": sensor_input("fix", "gps/fix", NavSatFix, SENSOR),
             "velocity": sensor_input("velocity", "gps/vel", TwistStamped, SENSOR),
             "satellites": Input("gps/satellites", UInt32, SENSOR, satellite_count),
         }
         self._stamps = SatelliteStamps()
-        super().__init__(KldDetector.NAME, KldParameters, KldDetector, inputs, ("divergence",))
-        self._code = self.create_publisher(UInt8, "kld/code", INTERNAL)
+        super().__init__(
+            KldDetector.NAME, KldParameters, KldDetector, inputs, wiring, ("divergence",)
+        )
+        self._code = Outlet(self, UInt8, "kld/code", wiring.rate_hz)
+        self._said: int | None = None
         self.create_service(Trigger, "~/reset", self._reset)
 
     def samples(self, name: str, converted: Any, published_ns: int) -> list[tuple[str, Any]]:
@@ -58,7 +62,8 @@ class KldDetectorNode(DetectorNode[KldParameters]):
         super().publish_output(output)
         code = CODES.get(output.state)
         if code is not None:
-            self._code.publish(UInt8(data=code))
+            change, self._said = code != self._said, code
+            self._code.publish(output.stamp_ns, lambda: UInt8(data=code), change=change)
 
     def _reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         detector = self.stage.component
@@ -71,7 +76,7 @@ class KldDetectorNode(DetectorNode[KldParameters]):
 
 def main() -> None:
     """Run the node."""
-    run(KldDetectorNode, __doc__ or "", SingleThreadedExecutor)
+    run(lambda: KldDetectorNode(Topics()), __doc__ or "", SingleThreadedExecutor)
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import signal
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import rclpy
@@ -23,7 +23,19 @@ def run(
 ) -> None:
     """Run a node until it is interrupted: the whole `main` of a node's executable.
 
-    ROS arguments that cannot be used, and a ValueError while the node is made (a parameter out
+    See `run_composed`.
+    """
+    run_composed(lambda _: [make()], summary, executor_type)
+
+
+def run_composed(
+    make: Callable[[Executor], Sequence[Node]],
+    summary: str,
+    executor_type: Callable[[], Executor] = EventsExecutor,
+) -> None:
+    """Run several nodes in one executor until they are interrupted.
+
+    ROS arguments that cannot be used, and a ValueError while a node is made (a parameter out
     of bounds, a bag that cannot be read), end the process with one line on stderr and exit
     code 2. `--help` prints the summary.
     """
@@ -39,20 +51,23 @@ def run(
     except RuntimeError as error:  # a parameter file that cannot be read
         print(f"error: {' '.join(str(error).split())}", file=sys.stderr)
         sys.exit(EXIT_BAD_INPUT)
+    executor = executor_type()
     try:
-        node = make()
+        nodes = make(executor)
     except ValueError as error:
         print(f"error: {error}", file=sys.stderr)
         try_shutdown()
         sys.exit(EXIT_BAD_INPUT)
-    executor = executor_type()
-    executor.add_node(node)
+    for node in nodes:
+        executor.add_node(node)
     try:
         while ok():
             executor.spin_once(timeout_sec=SPIN_S)
     except Exception:  # a callback that was publishing when rclpy shut down
         if ok():
             raise
-    executor.remove_node(node)
-    node.destroy_node()
-    try_shutdown()
+    finally:
+        for node in nodes:
+            executor.remove_node(node)
+            node.destroy_node()
+        try_shutdown()

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Generic, TypeVar
 
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -13,49 +12,18 @@ from rcl_interfaces.msg import SetParametersResult
 from rclpy.impl.rcutils_logger import RcutilsLogger
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from rclpy.qos import QoSProfile
-from rclpy.serialization import deserialize_message
 
 from hijack_detect.evaluation.monitor.stage import Component, Stage
 from hijack_detect.nodes.diagnostics import Diagnostics
 from hijack_detect.nodes.parameters import current, declare, own_changes
-from hijack_detect.nodes.qos import OVERRIDES
+from hijack_detect.nodes.wiring import Input, Wiring
 from hijack_detect.parameters import ParameterError, Parameters
-from hijack_detect.streams.imu_bytes import FROM_BYTES
-from hijack_detect.streams.messages import CONVERTERS, BadMessage
+from hijack_detect.streams.messages import BadMessage
 
 P = TypeVar("P", bound=Parameters)
 
 LOG_EVERY_S = 10.0
 """Bad messages of one input are logged this often; all are counted."""
-
-
-@dataclass(frozen=True)
-class Input:
-    """A subscription that feeds the stage's input of the same name.
-
-    With `from_bytes`, which may give None, messages come as bytes and are made only if need be.
-    """
-
-    topic: str
-    message_type: type
-    qos: QoSProfile
-    convert: Callable[[Any], Any]
-    from_bytes: Callable[[bytes], Any] | None = None
-
-    def sample(self, heard: Any) -> Any:
-        """What is in a message or its bytes. Raises BadMessage."""
-        found = None if self.from_bytes is None else self.from_bytes(heard)
-        return self.convert(self.message(heard)) if found is None else found
-
-    def message(self, heard: Any) -> Any:
-        """The message that was heard, made from its bytes if it came as those."""
-        return deserialize_message(heard, self.message_type) if self.from_bytes else heard
-
-
-def sensor_input(name: str, topic: str, message_type: type, qos: QoSProfile) -> Input:
-    """An input converted by the converter of its name."""
-    return Input(topic, message_type, qos, CONVERTERS[name], FROM_BYTES.get(name))
 
 
 class StageNode(Node, Generic[P]):
@@ -76,7 +44,9 @@ class StageNode(Node, Generic[P]):
         parameters: type[P],
         make: Callable[[P], Component],
         inputs: Mapping[str, Input],
+        wiring: Wiring,
         *,
+        output: str = "",
         read_only: bool = False,
     ) -> None:
         """Declare parameters and subscribe.
@@ -86,6 +56,8 @@ class StageNode(Node, Generic[P]):
             parameters: Parameter dataclass.
             make: Makes the estimator or detector from its parameters.
             inputs: Subscription of each input; the component says which inputs it has.
+            wiring: What the inputs come from, and where the outputs go.
+            output: Topic under which other nodes have the outputs as an input, if any does.
             read_only: Whether parameters cannot change while it runs. Otherwise a change makes
                 the component afresh, and it is NOT_READY until its windows are full again.
 
@@ -105,15 +77,13 @@ class StageNode(Node, Generic[P]):
         self._logged_at: dict[str, float] = {}
         self.add_on_set_parameters_callback(self._check_change)
         self.add_post_set_parameters_callback(self._apply_change)
+        self._topics = {name: given.topic for name, given in inputs.items()}
+        self._wiring, self._passed_ns = wiring, 0
+        self._output = self.resolve_topic_name(output) if output else ""
+        if self._output:
+            wiring.offer(self._output)
         for input_name, given in inputs.items():
-            self.create_subscription(
-                given.message_type,
-                given.topic,
-                self._callback(input_name, given),
-                given.qos,
-                raw=given.from_bytes is not None,
-                qos_overriding_options=OVERRIDES,
-            )
+            wiring.listen(self, input_name, given)
         self.diagnostics = Diagnostics(self)
         self.create_timer(1.0, self._report)
 
@@ -142,36 +112,66 @@ class StageNode(Node, Generic[P]):
         """
         return [(name, converted)]
 
-    def _callback(self, name: str, given: Input) -> Callable[..., None]:
-        def received(heard: Any) -> None:
-            self._take(name, given, heard, 0)
+    @property
+    def node(self) -> Node:
+        """The node itself."""
+        return self
 
-        def received_with_time(heard: Any, info: Mapping[str, Any]) -> None:
-            self._take(name, given, heard, info["source_timestamp"])
+    def hear(self, name: str, given: Input, heard: Any, published_ns: int) -> None:
+        """Take a message of an input, or its bytes."""
+        sample = self.read(name, given, heard)
+        if sample is not None:
+            self.take(name, sample, published_ns)
 
-        return received_with_time if self.NEEDS_SOURCE_TIMES else received
+    def read(self, name: str, given: Input, heard: Any) -> Any:
+        """What a message was converted to; None if it cannot be used, which has been told then."""
+        try:
+            return given.sample(heard)
+        except BadMessage as error:
+            why = str(error)
+        except Exception as error:  # rclpy raises whatever the bytes lead it to
+            why = f"internal error: {error!r}"
+        self._received[name] += 1
+        self._reject(name, lambda: f"message{_stamped(given, heard)}", why)
+        return None
 
-    def _take(self, name: str, given: Input, heard: Any, published_ns: int) -> None:
+    def take(self, name: str, sample: Any, published_ns: int) -> None:
+        """Take what a message of an input was converted to, or another node's output."""
         self._received[name] += 1
         outputs: list[Any] = []
         try:
-            for source, sample in self.samples(name, given.sample(heard), published_ns):
-                outputs += self.stage.push(source, sample)
-        except BadMessage as error:
-            self._reject(name, given, heard, str(error))
+            for source, one in self.samples(name, sample, published_ns):
+                outputs += self.stage.push(source, one)
         except Exception as error:  # a safety monitor outlives its own mistakes, and says so
-            self._reject(name, given, heard, f"internal error: {error!r}")
+            self._reject(name, lambda: repr(sample), f"internal error: {error!r}")
+        self._give(outputs)
+
+    def advance(self, name: str, stamp_ns: int) -> None:
+        """Take it that an input brings nothing up to a stamp."""
+        outputs: list[Any] = []
+        try:
+            outputs = self.stage.advance(name, stamp_ns)
+        except Exception as error:
+            self._reject(name, lambda: f"up to {stamp_ns} ns", f"internal error: {error!r}")
+        self._give(outputs)
+
+    def _give(self, outputs: Sequence[Any]) -> None:
+        """Publish outputs, and give them to the nodes that hear this one directly."""
         for output in outputs:
             self.publish_output(output)
+        passed_ns = self.stage.passed_ns
+        if self._output and (outputs or passed_ns > self._passed_ns):
+            self._passed_ns = passed_ns
+            self._wiring.hand_over(self._output, outputs, passed_ns)
 
-    def _reject(self, name: str, given: Input, heard: Any, why: str) -> None:
+    def _reject(self, name: str, what: Callable[[], str], why: str) -> None:
+        """Count a message that cannot be used, and tell of it now and then."""
         self.rejected[f"{name}: bad message"] += 1
         now = time.monotonic()
-        if now - self._logged_at.get(name, -LOG_EVERY_S) < LOG_EVERY_S:
-            return
-        self._logged_at[name] = now
-        told = f"message{_stamped(given, heard)} left out: {why}"
-        self.log.warning(f"{self.resolve_topic_name(given.topic)}: {told}")
+        if now - self._logged_at.get(name, -LOG_EVERY_S) >= LOG_EVERY_S:
+            self._logged_at[name] = now
+            topic = self.resolve_topic_name(self._topics[name])
+            self.log.warning(f"{topic}: {what()} left out: {why}")
 
     def _check_change(self, changes: list[Parameter]) -> SetParametersResult:
         try:

@@ -183,6 +183,7 @@ def test_help_says_what_each_node_does(graph: Graph) -> None:
 TOPICS = {
     "attitude_estimator": ("imu/data_raw", "gps/fix", "gps/vel", "mag", "imu/data", "yaw"),
     "gps_angle": ("gps/fix", "gps/course", "gps_angle"),
+    "all": ("imu/data_raw", "gps/satellites", "hijack_alert", "publish_rate"),
     "correlation_detector": (
         "imu/data",
         "gps/course",

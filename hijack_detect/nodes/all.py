@@ -1,0 +1,73 @@
+"""The whole monitor in one process: a fraction of the processor time that its nodes take alone.
+
+Subscribes once to each of imu/data_raw, gps/fix, gps/vel (ENU), gps/satellites, mag and pressure.
+Publishes hijack_alert, /diagnostics, and while somebody listens what else the nodes publish that
+are in it: at most publish_rate times a second, and at every change of state. They keep their
+names, parameters and services, so the same parameter files hold, and hand each other samples. A
+further node, monitor, has the parameter publish_rate and receives the messages of the GPS.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from rclpy.executors import Executor
+from rclpy.node import Node
+
+from hijack_detect.nodes.altitude_detector import AltitudeDetectorNode
+from hijack_detect.nodes.attitude_estimator import AttitudeEstimatorNode
+from hijack_detect.nodes.coast_detector import CoastDetectorNode
+from hijack_detect.nodes.composition import Composition
+from hijack_detect.nodes.composition_parameters import CompositionParameters
+from hijack_detect.nodes.correlation_detector import CorrelationDetectorNode
+from hijack_detect.nodes.date_detector import DateDetectorNode
+from hijack_detect.nodes.drag_detector import DragDetectorNode
+from hijack_detect.nodes.fusion import FusionNode
+from hijack_detect.nodes.gnss_sanity import GnssSanityNode
+from hijack_detect.nodes.gps_angle import GpsAngleNode
+from hijack_detect.nodes.heading_detector import HeadingDetectorNode
+from hijack_detect.nodes.kld_detector import KldDetectorNode
+from hijack_detect.nodes.parameters import declare
+from hijack_detect.nodes.running import run_composed
+from hijack_detect.parameters import ParameterError
+
+KINDS = (
+    AttitudeEstimatorNode,
+    GpsAngleNode,
+    CorrelationDetectorNode,
+    DateDetectorNode,
+    KldDetectorNode,
+    CoastDetectorNode,
+    GnssSanityNode,
+    AltitudeDetectorNode,
+    HeadingDetectorNode,
+    DragDetectorNode,
+    FusionNode,
+)
+"""In an order in which every node comes after those whose outputs it hears."""
+
+
+def make(executor: Executor) -> Sequence[Node]:
+    """Make all nodes, run by an executor.
+
+    Raises:
+        ParameterError: A parameter of one of them is unknown or out of bounds.
+    """
+    monitor = Node("monitor", automatically_declare_parameters_from_overrides=True)
+    try:
+        parameters = declare(monitor, CompositionParameters, read_only=True)
+    except ParameterError as error:
+        raise ParameterError(f"monitor: {error}") from error
+    composition = Composition(executor, parameters.publish_rate or None)
+    nodes = [kind(composition) for kind in KINDS]
+    composition.connect(monitor)
+    return nodes
+
+
+def main() -> None:
+    """Run all nodes."""
+    run_composed(make, __doc__ or "")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,124 @@
+"""How a node's inputs and outputs are wired: to topics, or within one process to other nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from rclpy.serialization import deserialize_message
+
+from hijack_detect.nodes.qos import OVERRIDES
+from hijack_detect.streams.imu_bytes import FROM_BYTES
+from hijack_detect.streams.messages import CONVERTERS
+
+
+@dataclass(frozen=True)
+class Input:
+    """A subscription that feeds the stage's input of the same name.
+
+    With `from_bytes`, which may give None, messages come as bytes and are made only if need be.
+    """
+
+    topic: str
+    message_type: type
+    qos: QoSProfile
+    convert: Callable[[Any], Any]
+    from_bytes: Callable[[bytes], Any] | None = None
+
+    def sample(self, heard: Any) -> Any:
+        """What is in a message or its bytes. Raises BadMessage."""
+        found = None if self.from_bytes is None else self.from_bytes(heard)
+        return self.convert(self.message(heard)) if found is None else found
+
+    def message(self, heard: Any) -> Any:
+        """The message that was heard, made from its bytes if it came as those."""
+        return deserialize_message(heard, self.message_type) if self.from_bytes else heard
+
+
+def sensor_input(name: str, topic: str, message_type: type, qos: QoSProfile) -> Input:
+    """An input converted by the converter of its name."""
+    return Input(topic, message_type, qos, CONVERTERS[name], FROM_BYTES.get(name))
+
+
+class Hearer(Protocol):
+    """A node with inputs."""
+
+    NEEDS_SOURCE_TIMES: bool
+    """Whether it must be told when each message was published."""
+
+    @property
+    def node(self) -> Node:
+        """The node itself."""
+
+    def hear(self, name: str, given: Input, heard: Any, published_ns: int) -> None:
+        """Take a message of an input, or its bytes."""
+
+    def take(self, name: str, sample: Any, published_ns: int) -> None:
+        """Take what a message of an input was converted to, or another node's output."""
+
+    def advance(self, name: str, stamp_ns: int) -> None:
+        """Take it that an input brings nothing up to a stamp."""
+
+    def read(self, name: str, given: Input, heard: Any) -> Any:
+        """What a message was converted to; None if it cannot be used, which has been told then."""
+
+
+class Wiring(Protocol):
+    """What a node's inputs come from, and where its outputs go beside their topics."""
+
+    @property
+    def rate_hz(self) -> float | None:
+        """Largest rate of an intermediate topic, Hz; None publishes every output."""
+
+    def listen(self, hearer: Hearer, name: str, given: Input) -> None:
+        """Give a node one of its inputs."""
+
+    def offer(self, topic: str) -> None:
+        """Note that the outputs of a node will be handed over under a topic's full name."""
+
+    def hand_over(self, topic: str, outputs: Sequence[Any], passed_ns: int) -> None:
+        """Give outputs to the nodes that have them as an input.
+
+        Args:
+            topic: What was offered.
+            outputs: What follows from a message; may be nothing.
+            passed_ns: No later output will have a stamp up to this one, nanoseconds.
+        """
+
+
+class Topics:
+    """Every node by itself: it subscribes to each of its inputs, and only publishes."""
+
+    rate_hz: float | None = None
+
+    def listen(self, hearer: Hearer, name: str, given: Input) -> None:
+        """See Wiring."""
+
+        def heard(message: Any) -> None:
+            hearer.hear(name, given, message, 0)
+
+        def heard_with_time(message: Any, info: Mapping[str, Any]) -> None:
+            hearer.hear(name, given, message, info["source_timestamp"])
+
+        subscribe(hearer.node, given, heard_with_time if hearer.NEEDS_SOURCE_TIMES else heard)
+
+    def offer(self, topic: str) -> None:
+        """See Wiring; nobody is there to take it."""
+
+    def hand_over(self, topic: str, outputs: Sequence[Any], passed_ns: int) -> None:
+        """See Wiring; nobody is there to take it."""
+
+
+def subscribe(node: Node, given: Input, callback: Callable[..., None]) -> None:
+    """Make an input's subscription; parameters `qos_overrides` of the node can change its QoS."""
+    node.create_subscription(
+        given.message_type,
+        given.topic,
+        callback,
+        given.qos,
+        raw=given.from_bytes is not None,
+        qos_overriding_options=OVERRIDES,
+    )
