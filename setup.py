@@ -90,9 +90,26 @@ setup(
             "ros-jazzy-rmw-fastrtps-cpp==8.4.3",
             "ros-jazzy-common-interfaces==5.3.6",
         ],
-        # Reports, statistics and figures of recorded flights; no node needs them.
-        "analysis": ["matplotlib>=3.8", "plotly>=5.20", "scipy>=1.11"],
+        # Reports, statistics and figures of recorded flights, on all cores; no node needs them.
+        "analysis": [
+            "dask>=2024.5",
+            "distributed>=2024.5",
+            "matplotlib>=3.8",
+            "plotly>=5.20",
+            "scipy>=1.11",
+        ],
+        # Beyond that: results kept as Parquet, and bags at URLs.
+        "corpora": ["pyarrow>=15", "universal_pathlib>=0.2.3"],
         # colcon test looks for this name.
-        "test": ["hypothesis", "jsonschema", "playwright", "psutil", "pytest", "pytest-xdist"],
+        "test": [
+            "hypothesis",
+            "jsonschema",
+            "playwright",
+            "psutil",
+            "pyarrow",
+            "pytest",
+            "pytest-xdist",
+            "universal_pathlib",
+        ],
     },
 )

@@ -23,7 +23,7 @@ from hijack_detect.evaluation.trials.cases import HIJACKED, BagCase, Case, Simul
 from hijack_detect.evaluation.trials.corpus import corpus_cases
 from hijack_detect.evaluation.trials.families import ACCELERATIONS, CLEAN, SPEEDS
 from hijack_detect.evaluation.trials.limits import FLIGHTS, limits
-from hijack_detect.evaluation.trials.parallel import Failure, map_cases
+from hijack_detect.evaluation.trials.parallel import Failure, Pool, map_cases
 from hijack_detect.evaluation.tuning.attack_map import FIRST_SEED, attack_cases, attack_sizes
 from hijack_detect.evaluation.tuning.attack_map import FLIGHTS as CELL_FLIGHTS
 
@@ -106,7 +106,7 @@ def run(
     done = map_cases(
         function,
         missing,
-        jobs=jobs,
+        pool=Pool(jobs),
         on_done=lambda count: on_done(len(wanted) - len(missing) + count),
     )
     return [result for result in done if isinstance(result, Failure)]

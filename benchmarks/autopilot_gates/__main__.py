@@ -32,7 +32,7 @@ from benchmarks.autopilot_gates.flights import (
 )
 from benchmarks.autopilot_gates.outcome import Alarm, Clean, Outcome
 from hijack_detect.evaluation.trials.corpus import bag_paths
-from hijack_detect.evaluation.trials.parallel import Failure, map_cases
+from hijack_detect.evaluation.trials.parallel import Failure, Pool, map_cases
 
 FIRST_SEED, SIMULATED = 40_000, 40
 
@@ -137,7 +137,7 @@ def main(out: Path, flights: Path, match: str, jobs: int) -> None:
     done = map_cases(
         run,
         [one for _, one in work],
-        jobs=jobs,
+        pool=Pool(jobs),
         on_done=lambda count: click.echo(f"{count} of {len(work)} flights", err=True),
     )
     found: dict[str, Results] = {}

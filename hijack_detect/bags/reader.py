@@ -17,6 +17,7 @@ from rosbags.typesys import Stores, get_typestore
 from hijack_detect.bags.container import Block, Container
 from hijack_detect.bags.errors import BagError
 from hijack_detect.bags.files import mcap_files
+from hijack_detect.bags.places import place
 from hijack_detect.bags.topics import PRESETS, TYPES, TopicMap, topic_map
 from hijack_detect.streams.samples import NANOSECONDS
 
@@ -65,12 +66,13 @@ class BagReader:
         """Open a bag and read what is in it.
 
         Args:
-            path: A rosbag2 directory, a directory with exactly one mcap file, or an mcap file.
+            path: A rosbag2 directory, a directory with exactly one mcap file, or an mcap file; a
+                text may be a URL, see `place`.
 
         Raises:
             BagError: It is missing, empty, truncated, damaged, no mcap, or has no messages.
         """
-        self.path = Path(path)
+        self.path = place(path) if isinstance(path, str) else path
         self.topics: dict[str, str] = {}
         self.message_counts: dict[str, int] = {}
         self._files: list[Container] = []

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hijack_detect.cli.common import PATH, BadInput, find_scenario, progress
+from hijack_detect.cli.common import PATH, PLACE, BadInput, find_scenario, progress
 from hijack_detect.evaluation.monitor.policies import POLICIES, load_parameters, policy_parameters
 from hijack_detect.streams.samples import NANOSECONDS
 
@@ -22,7 +22,7 @@ NO_ATTACK = "none"
 
 
 @click.command()
-@click.argument("bag", type=PATH)
+@click.argument("bag", type=PLACE)
 @click.option(
     "--scenario",
     metavar="NAME|FILE",

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import os
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import click
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
+from hijack_detect.bags.errors import BagError
+from hijack_detect.bags.places import place
 from hijack_detect.spoofing.scenario import Scenario, load_scenario
 
 EXIT_BAD_INPUT = 2
@@ -22,6 +26,22 @@ class BadInput(click.ClickException):
     """Input that cannot be used: one line on stderr and exit code 2."""
 
     exit_code = EXIT_BAD_INPUT
+
+
+class Place(click.ParamType):  # type: ignore[type-arg]  # not generic before click 8.5
+    """A path, or a URL of any file system that fsspec knows."""
+
+    name = "path"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
+        """See click.ParamType."""
+        try:
+            return value if isinstance(value, Path) else place(value)
+        except BagError as error:
+            raise BadInput(str(error)) from error
+
+
+PLACE = Place()
 
 
 @contextlib.contextmanager
@@ -48,9 +68,28 @@ def find_scenario(given: str, onset_s: float | None = None) -> Scenario:
     return scenario if onset_s is None else scenario.moved_to(onset_s)
 
 
-def processes(jobs: int | None) -> int:
-    """How many processes to use: as asked, or one for each core that this one may use."""
-    return jobs or len(os.sched_getaffinity(0))
+def pool_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Add the options that say where many flights are run; the command gets them as `pool`."""
+
+    @click.option("--jobs", type=click.IntRange(1), help="Processes [one per core].")
+    @click.option("--scheduler", default="", help="Run on the Dask cluster at this address.")
+    @click.option(
+        "--results",
+        type=PATH,
+        help="Keep results as Parquet in this folder, and go on from what is there.",
+    )
+    @functools.wraps(command)
+    def with_pool(
+        *given: Any, jobs: int | None, scheduler: str, results: Path | None, **named: Any
+    ) -> None:
+        from hijack_detect.evaluation.trials.parallel import Pool  # noqa: PLC0415  slow to load
+
+        if scheduler and jobs is not None:
+            raise click.UsageError("give --jobs or --scheduler, not both")
+        cores = len(os.sched_getaffinity(0))
+        command(*given, pool=Pool(jobs or cores, scheduler, results), **named)
+
+    return with_pool
 
 
 def make_folder(path: Path) -> None:

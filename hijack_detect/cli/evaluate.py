@@ -11,10 +11,11 @@ import click
 from hijack_detect.cli.common import (
     EXIT_BAD_INPUT,
     PATH,
+    PLACE,
     BadInput,
     find_scenario,
     make_folder,
-    processes,
+    pool_options,
     progress,
     refusing_bad_input,
 )
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from hijack_detect.evaluation.monitor.graph import MonitorParameters
     from hijack_detect.evaluation.scores.evaluate import Evaluation
     from hijack_detect.evaluation.trials.cases import Case
+    from hijack_detect.evaluation.trials.parallel import Pool
 
 BASAN = "basan2022"
 PROTOCOLS = ("feng2018", "feng2018_noisy", BASAN, "limits", "hard")
@@ -32,7 +34,7 @@ ONSETS = 5
 
 
 @click.command()
-@click.argument("corpus", type=PATH, required=False)
+@click.argument("corpus", type=PLACE, required=False)
 @click.option("--protocol", type=click.Choice(PROTOCOLS), help="Simulated flights instead.")
 @click.option("--policy", type=click.Choice(list(POLICIES)), help="Parameter set [default].")
 @click.option("--params", type=PATH, help="ROS parameter file instead of a policy.")
@@ -45,7 +47,7 @@ ONSETS = 5
     "--json", "json_file", type=PATH, help="Write all figures; '-' for stdout, without tables."
 )
 @click.option("--html", "html_folder", type=PATH, help="Write a page into this folder.")
-@click.option("--jobs", type=click.IntRange(1), help="Processes [one per core].")
+@pool_options
 def evaluate(
     corpus: Path | None,
     protocol: str | None,
@@ -56,7 +58,7 @@ def evaluate(
     scale: int | None,
     json_file: Path | None,
     html_folder: Path | None,
-    jobs: int | None,
+    pool: Pool,
 ) -> None:
     """Run every flight below the folder CORPUS, or of a protocol, and judge every method.
 
@@ -98,7 +100,7 @@ def evaluate(
                 source=_source(corpus, protocol, scale),
                 policy=told,
                 forging=protocol == BASAN,
-                jobs=processes(jobs),
+                pool=pool,
                 on_done=done,
             )
     _report(evaluation, json_file, html_folder)

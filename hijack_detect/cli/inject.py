@@ -6,12 +6,12 @@ from pathlib import Path
 
 import click
 
-from hijack_detect.cli.common import PATH, find_scenario, progress, refusing_bad_input
+from hijack_detect.cli.common import PATH, PLACE, find_scenario, progress, refusing_bad_input
 from hijack_detect.streams.samples import NANOSECONDS
 
 
 @click.command()
-@click.argument("bag", metavar="IN", type=PATH)
+@click.argument("bag", metavar="IN", type=PLACE)
 @click.argument("out", type=PATH)
 @click.option(
     "--scenario", required=True, help="Scenario file, or the name of one in config/scenarios."

@@ -11,9 +11,10 @@ import click
 from hijack_detect.cli.common import (
     EXIT_BAD_INPUT,
     PATH,
+    PLACE,
     BadInput,
     make_folder,
-    processes,
+    pool_options,
     progress,
     refusing_bad_input,
 )
@@ -21,7 +22,7 @@ from hijack_detect.cli.evaluate import PROTOCOLS
 from hijack_detect.evaluation.monitor.policies import POLICIES, policy_parameters
 
 if TYPE_CHECKING:
-    from hijack_detect.evaluation.trials.parallel import Failure
+    from hijack_detect.evaluation.trials.parallel import Failure, Pool
 
 ATTACK = "attack"
 WHAT = ("epsilon", "mu", "window", ATTACK)
@@ -29,7 +30,7 @@ WHAT = ("epsilon", "mu", "window", ATTACK)
 
 @click.command()
 @click.argument("what", type=click.Choice(WHAT))
-@click.argument("corpus", type=PATH, required=False)
+@click.argument("corpus", type=PLACE, required=False)
 @click.option("--protocol", type=click.Choice(PROTOCOLS), help="Simulated flights [feng2018].")
 @click.option("--scale", type=click.IntRange(1, 200), help="Times as many simulated flights [1].")
 @click.option(
@@ -38,7 +39,7 @@ WHAT = ("epsilon", "mu", "window", ATTACK)
 @click.option(
     "--policy", type=click.Choice(list(POLICIES)), help="Parameter set [paper; attack: default]."
 )
-@click.option("--jobs", type=click.IntRange(1), help="Processes [one per core].")
+@pool_options
 def sweep(
     what: str,
     corpus: Path | None,
@@ -46,7 +47,7 @@ def sweep(
     scale: int | None,
     out: Path,
     policy: str | None,
-    jobs: int | None,
+    pool: Pool,
 ) -> None:
     """Vary one thing and see how many flights are judged correctly.
 
@@ -63,10 +64,10 @@ def sweep(
     try:
         with refusing_bad_input():
             if what == ATTACK:
-                failed = _attack(out, policy or "default", scale or 1, processes(jobs))
+                failed = _attack(out, policy or "default", scale or 1, pool)
             else:
                 source = corpus or protocol or PROTOCOLS[0]
-                failed = _sweep(what, out, policy or "paper", source, scale or 1, processes(jobs))
+                failed = _sweep(what, out, policy or "paper", source, scale or 1, pool)
     except OSError as error:
         raise BadInput(f"{out}: cannot be written: {error.strerror}") from error
     for flight in failed:
@@ -74,7 +75,7 @@ def sweep(
 
 
 def _sweep(
-    what: str, out: Path, policy: str, source: Path | str, scale: int, jobs: int
+    what: str, out: Path, policy: str, source: Path | str, scale: int, pool: Pool
 ) -> Sequence[Failure]:
     from hijack_detect.evaluation.trials.corpus import corpus_cases  # noqa: PLC0415  slow to load
     from hijack_detect.evaluation.trials.protocols import PROTOCOLS as MADE  # noqa: PLC0415
@@ -85,7 +86,7 @@ def _sweep(
     cases = MADE[source](scale) if isinstance(source, str) else corpus_cases(source)
     with progress("flights", len(cases)) as done:
         curves, failed = run(
-            cases, policy_parameters(policy), SWEEPS[what], jobs=jobs, on_done=done
+            cases, policy_parameters(policy), SWEEPS[what], pool=pool, on_done=done
         )
     if not curves:
         for flight in failed:
@@ -98,7 +99,7 @@ def _sweep(
     return failed
 
 
-def _attack(out: Path, policy: str, scale: int, jobs: int) -> Sequence[Failure]:
+def _attack(out: Path, policy: str, scale: int, pool: Pool) -> Sequence[Failure]:
     from hijack_detect.evaluation.tuning.attack_map import (  # noqa: PLC0415  slow to load
         ACCELERATIONS,
         FLIGHTS,
@@ -112,7 +113,7 @@ def _attack(out: Path, policy: str, scale: int, jobs: int) -> Sequence[Failure]:
     flights = FLIGHTS * scale
     with progress("flights", flights * len(attack_sizes(SPEEDS, ACCELERATIONS))) as done:
         cells, failed = attack_map(
-            policy_parameters(policy), flights=flights, jobs=jobs, on_done=done
+            policy_parameters(policy), flights=flights, pool=pool, on_done=done
         )
     _write(out, ATTACK, csv_text(cells))
     draw_map(out / f"{ATTACK}.png", cells, f"Carry-off in closed loop, policy {policy}")

@@ -5,24 +5,29 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from hijack_detect.cli.common import (
     PATH,
+    PLACE,
     BadInput,
     find_scenario,
-    processes,
+    pool_options,
     progress,
     refusing_bad_input,
 )
 from hijack_detect.evaluation.monitor.policies import POLICIES, policy_parameters
 
+if TYPE_CHECKING:
+    from hijack_detect.evaluation.trials.parallel import Pool
+
 SCENARIO = "turn_away_track"
 
 
 @click.command()
-@click.argument("corpus", type=PATH)
+@click.argument("corpus", type=PLACE)
 @click.option("-o", "--out", type=PATH, required=True, help="Parameter file to write.")
 @click.option(
     "--false-alarms-per-hour",
@@ -39,14 +44,14 @@ SCENARIO = "turn_away_track"
     multiple=True,
     help=f"Attack to inject, a file or a name; repeat for several, 'none' for none [{SCENARIO}].",
 )
-@click.option("--jobs", type=click.IntRange(1), help="Processes [one per core].")
+@pool_options
 def tune(
     corpus: Path,
     out: Path,
     per_hour: float,
     policy: str,
     scenarios: tuple[str, ...],
-    jobs: int | None,
+    pool: Pool,
 ) -> None:
     """Choose thresholds for one vehicle from the flights below the folder CORPUS.
 
@@ -75,7 +80,7 @@ def tune(
             policy_parameters(policy),
             per_hour=per_hour,
             scenarios=attacks,
-            jobs=processes(jobs),
+            pool=pool,
             progress=bar,
         )
     for failure in tuning.failures:

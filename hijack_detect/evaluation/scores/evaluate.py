@@ -13,7 +13,7 @@ from hijack_detect.evaluation.scores.methods import BASELINES, FAITHFUL_KLD, jud
 from hijack_detect.evaluation.scores.metrics import FlightOutcome, MethodSummary, summarise
 from hijack_detect.evaluation.scores.model import Model
 from hijack_detect.evaluation.trials.cases import Case, class_of
-from hijack_detect.evaluation.trials.parallel import Failure, map_cases
+from hijack_detect.evaluation.trials.parallel import HERE, Failure, Pool, map_cases
 from hijack_detect.streams.samples import NANOSECONDS
 
 
@@ -86,12 +86,12 @@ def run_cases(
     parameters: MonitorParameters,
     *,
     forging: bool = False,
-    jobs: int = 1,
+    pool: Pool = HERE,
     on_done: Callable[[int], None] | None = None,
 ) -> list[FlightOutcome | Failure]:
-    """Run flights on several cores, see `run_case` and `map_cases`."""
+    """Run flights, see `run_case` and `map_cases`."""
     run = partial(run_case, parameters, forging=forging)
-    return map_cases(run, cases, jobs=jobs, on_done=on_done)
+    return map_cases(run, cases, pool=pool, kind=FlightOutcome, on_done=on_done)
 
 
 def evaluate(
@@ -101,7 +101,7 @@ def evaluate(
     source: str,
     policy: str,
     forging: bool = False,
-    jobs: int = 1,
+    pool: Pool = HERE,
     on_done: Callable[[int], None] | None = None,
 ) -> Evaluation:
     """Run flights and sum up.
@@ -112,10 +112,10 @@ def evaluate(
         source: Where the flights come from, for the record.
         policy: Where the parameters come from, for the record.
         forging: See `run_case`.
-        jobs: How many processes.
+        pool: Where the flights are run.
         on_done: Called after each flight with the number of flights that are done.
     """
-    results = run_cases(cases, parameters, forging=forging, jobs=jobs, on_done=on_done)
+    results = run_cases(cases, parameters, forging=forging, pool=pool, on_done=on_done)
     flights = [result for result in results if isinstance(result, FlightOutcome)]
     failed = [
         FailedFlight(name=result.name, reason=result.reason)

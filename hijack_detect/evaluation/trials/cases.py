@@ -103,6 +103,11 @@ class BagCase:
     kind: str
     scenario: Scenario | None = None
 
+    def __repr__(self) -> str:
+        """With the whole URL of a bag that is elsewhere, which its path does not tell."""
+        told = (str(self.path), self.name, self.kind, self.scenario)
+        return f"BagCase({', '.join(map(repr, told))})"
+
     @property
     def injected(self) -> bool:
         """See Case."""

@@ -11,7 +11,7 @@ from hijack_detect.evaluation.monitor.graph import MonitorParameters
 from hijack_detect.evaluation.scores.evaluate import run_cases
 from hijack_detect.evaluation.scores.metrics import FlightOutcome, Proportion, summarise
 from hijack_detect.evaluation.trials.cases import HIJACKED, SimulatedCase
-from hijack_detect.evaluation.trials.parallel import Failure
+from hijack_detect.evaluation.trials.parallel import HERE, Failure, Pool
 from hijack_detect.simulation.plan import FlightPlan, forward_end_s, forward_start_s
 from hijack_detect.spoofing.scenario import Scenario, parse_scenario
 
@@ -65,7 +65,7 @@ def attack_map(
     flights: int = FLIGHTS,
     speeds: Sequence[float] = SPEEDS,
     accelerations: Sequence[float] = ACCELERATIONS,
-    jobs: int = 1,
+    pool: Pool = HERE,
     on_done: Callable[[int], None] | None = None,
 ) -> tuple[list[Cell], list[Failure]]:
     """Fly every size of attack on the closed-loop simulator, and once none at all.
@@ -75,12 +75,12 @@ def attack_map(
         flights: Flights for each size.
         speeds: Final speeds of the drift, m/s.
         accelerations: How fast it is gathered, m/s².
-        jobs: How many processes.
+        pool: Where the flights are run.
         on_done: Called after each flight with the number of flights that are done.
     """
     sizes = attack_sizes(speeds, accelerations)
     cases = [case for size in sizes for case in attack_cases(*size, flights)]
-    results = run_cases(cases, parameters, jobs=jobs, on_done=on_done)
+    results = run_cases(cases, parameters, pool=pool, on_done=on_done)
     cells = []
     for index, size in enumerate(sizes):
         own = results[index * flights : (index + 1) * flights]

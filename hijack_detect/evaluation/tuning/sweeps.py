@@ -15,7 +15,7 @@ from hijack_detect.evaluation.monitor.graph import MonitorParameters
 from hijack_detect.evaluation.monitor.stage import Component
 from hijack_detect.evaluation.scores.metrics import Proportion
 from hijack_detect.evaluation.trials.cases import HIJACKED, Case, class_of
-from hijack_detect.evaluation.trials.parallel import Failure, map_cases
+from hijack_detect.evaluation.trials.parallel import HERE, Failure, Pool, map_cases
 from hijack_detect.evaluation.trials.recorded import Recorded, judge
 from hijack_detect.evaluation.trials.recorded import record as record_flight
 
@@ -109,7 +109,7 @@ def sweep(
     parameters: MonitorParameters,
     what: Sweep,
     *,
-    jobs: int = 1,
+    pool: Pool = HERE,
     on_done: Callable[[int], None] | None = None,
 ) -> tuple[list[Curve], list[Failure]]:
     """Run the estimators once over every flight, and the detectors at every value.
@@ -118,14 +118,16 @@ def sweep(
         cases: The flights.
         parameters: Parameters of every part; only the swept one is changed.
         what: The parameter and its values.
-        jobs: How many processes.
+        pool: Where the flights are run.
         on_done: Called after each flight with the number of flights that are done.
 
     Returns:
         The curves of each method: hijacked and all other flights, each class of the others, and
         CLAIMED; and the flights that could not be run.
     """
-    results = map_cases(partial(swept, parameters, what), cases, jobs=jobs, on_done=on_done)
+    results = map_cases(
+        partial(swept, parameters, what), cases, pool=pool, kind=SweptFlight, on_done=on_done
+    )
     flights = [result for result in results if isinstance(result, SweptFlight)]
     kinds = dict.fromkeys(flight.kind for flight in flights)
     hijacked = [flight for flight in flights if flight.kind == HIJACKED]

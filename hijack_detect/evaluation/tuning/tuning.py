@@ -22,7 +22,7 @@ from hijack_detect.evaluation.monitor.policies import NODE_FIELDS, POLICIES
 from hijack_detect.evaluation.scores.evaluate import run_case
 from hijack_detect.evaluation.scores.metrics import FlightOutcome
 from hijack_detect.evaluation.trials.cases import HIJACKED, BagCase
-from hijack_detect.evaluation.trials.parallel import Failure, map_cases
+from hijack_detect.evaluation.trials.parallel import HERE, Failure, Pool, map_cases
 from hijack_detect.evaluation.trials.recorded import record
 from hijack_detect.evaluation.tuning.noise import middle_half
 from hijack_detect.evaluation.tuning.survey import Survey, survey
@@ -100,7 +100,7 @@ def tune(
     *,
     per_hour: float,
     scenarios: Sequence[Scenario] = (),
-    jobs: int = 1,
+    pool: Pool = HERE,
     progress: Progress = lambda text, total: lambda done: None,
 ) -> Tuning:
     """Tune the parameters of a policy to one vehicle.
@@ -111,7 +111,7 @@ def tune(
         parameters: Its parameters.
         per_hour: Requested false alarms per hour of each detector.
         scenarios: Attacks to inject into the clean flights.
-        jobs: How many processes.
+        pool: Where the flights are run.
         progress: Told of every step.
 
     Raises:
@@ -120,9 +120,10 @@ def tune(
     failures: list[Failure] = []
 
     def each(
-        text: str, function: Callable[[Item], Result], items: Sequence[Item]
+        text: str, function: Callable[[Item], Result], items: Sequence[Item], kind: type[Result]
     ) -> list[tuple[Item, Result]]:
-        results = map_cases(function, items, jobs=jobs, on_done=progress(text, len(items)))
+        done = progress(text, len(items))
+        results = map_cases(function, items, pool=pool, kind=kind, on_done=done)
         failures.extend(result for result in results if isinstance(result, Failure))
         return [
             (item, result)
@@ -133,7 +134,7 @@ def tune(
     clean = [case for case in cases if case.kind != HIJACKED]
     attacks = min(MAX_ATTACKS, math.ceil(ATTACKS / max(len(clean), 1)))
     look = partial(survey, parameters, tuple(scenarios), attacks)
-    surveyed = each("lag and noise", look, clean)
+    surveyed = each("lag and noise", look, clean, Survey)
     surveys = [one for _, one in surveyed]
     if not surveys:
         told = "".join(f"\n{failure.name}: {failure.reason}" for failure in failures)
@@ -143,7 +144,9 @@ def tune(
     interval_s = float(np.median([one.fix_interval_s for one in surveys]))
     lagged = with_lag(parameters, policy, lag_s[0], interval_s) if lag_s else parameters
 
-    counted = each("alarms", partial(count_alarms, lagged), [case for case, _ in surveyed])
+    counted = each(
+        "alarms", partial(count_alarms, lagged), [case for case, _ in surveyed], FlightAlarms
+    )
     alarms = [one for _, one in counted]
     choices = {name: choose(TUNABLES[name], name, alarms, per_hour) for name in TUNABLES}
     chosen = with_choices(lagged, choices)
@@ -159,7 +162,7 @@ def tune(
     trials += [Trial("attacked_before", case, parameters) for case in attacked]
     trials += [Trial("attacked_after", case, chosen) for case in attacked]
     outcomes: dict[str, list[FlightOutcome]] = {role: [] for role in ROLES}
-    for trial, outcome in each("judging", run_trial, trials):
+    for trial, outcome in each("judging", run_trial, trials, FlightOutcome):
         outcomes[trial.role].append(outcome)
     unread = list({failure.name: failure for failure in failures}.values())
     return Tuning(parameters, chosen, surveys, lag_s, choices, failures=unread, **outcomes)
