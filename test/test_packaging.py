@@ -27,7 +27,12 @@ LOCKS = ("requirements.txt", "requirements-test.txt")
 LOCKED = re.compile(r"([a-z0-9-]+)==[^ ]+( ; [^;]+?)?( --hash=sha256:[0-9a-f]{64})+")
 
 # Where the name to import is another than the name to install.
-DISTRIBUTIONS = {"backports": "backports-zstd", "pydantic_core": "pydantic", "yaml": "pyyaml"}
+DISTRIBUTIONS = {
+    "backports": "backports-zstd",
+    "pydantic_core": "pydantic",
+    "upath": "universal-pathlib",
+    "yaml": "pyyaml",
+}
 
 
 @dataclass(frozen=True)
@@ -204,7 +209,7 @@ def test_locks_hold_what_the_locked_packages_require() -> None:
 
 def test_imported_packages_are_declared(metadata: importlib.metadata.Distribution) -> None:
     declared = {element.text for element in ET.parse(ROOT / "package.xml").iter("exec_depend")}
-    declared |= required(metadata, "analysis")
+    declared |= required(metadata, "analysis") | required(metadata, "corpora")
     for name in sorted(imported()):
         assert DISTRIBUTIONS.get(name, name) in declared, f"{name} is imported and not declared"
 
