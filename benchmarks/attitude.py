@@ -54,6 +54,23 @@ def reference(reader: BagReader) -> tuple[str, Array]:
     return topic, np.array(rows)
 
 
+def errors_rad(ours: Array, theirs: Array) -> list[Array]:
+    """Errors of roll, pitch and yaw at the seconds of the reference, each of shape (n,)."""
+    return [
+        np.remainder(
+            np.interp(theirs[:, 0], ours[:, 0], np.unwrap(ours[:, k])) - theirs[:, k] + math.pi,
+            math.tau,
+        )
+        - math.pi
+        for k in (1, 2, 3)
+    ]
+
+
+def rms_deg(error: Array) -> float:
+    """Root mean square of an error in rad, degrees."""
+    return math.degrees(math.sqrt(float(np.mean(np.square(error)))))
+
+
 def row(job: tuple[Path, AttitudeParameters]) -> str:
     """One flight's line of the table."""
     path, parameters = job
@@ -66,15 +83,8 @@ def row(job: tuple[Path, AttitudeParameters]) -> str:
     start = json.loads(label.read_text())["t_takeoff"] if label.exists() else float(ours[0, 0])
     inside = (theirs[:, 0] >= max(start + SETTLE_S, ours[0, 0])) & (theirs[:, 0] <= ours[-1, 0])
     theirs = theirs[inside]
-    errors = [
-        np.remainder(
-            np.interp(theirs[:, 0], ours[:, 0], np.unwrap(ours[:, k])) - theirs[:, k] + math.pi,
-            math.tau,
-        )
-        - math.pi
-        for k in (1, 2, 3)
-    ]
-    rms = [math.degrees(math.sqrt(float(np.mean(np.square(error))))) for error in errors]
+    errors = errors_rad(ours, theirs)
+    rms = [rms_deg(error) for error in errors]
     yaw = np.degrees(np.abs(errors[2]))
     return (
         f"| {path.name} | {topic.split('/')[1]} | {ours[0, 0]:.1f} | "

@@ -27,6 +27,7 @@ import click
 import numpy as np
 import psutil
 import rclpy
+from bench import machine
 from diagnostic_msgs.msg import DiagnosticArray
 from load import load_bag
 from rclpy.experimental.events_executor import EventsExecutor
@@ -287,7 +288,8 @@ def main(folder: Path) -> None:
     figures, node = measured(*graphs["composed"], fast)
     readings = sum(one.name == "imu" for one in fast)
     found["fast"] = {**figures, "sent": readings, "lost": readings - node.received}
-    (folder / "live.json").write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+    told = {"machine": machine(), **found}
+    (folder / "live.json").write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
     keys = ("core_percent", "memory_mb", "latency_p50_ms", "latency_p99_ms", "latency_max_ms")
     table = Table("", "% of a core", "MB", "p50 ms", "p99 ms", "max ms", "alerts")
     for name, one in list(found.items())[:3]:

@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Any
 
 import click
+from bench import machine
 from load import load_bag
 from rich.console import Console
 from rich.table import Table
@@ -118,7 +119,11 @@ def main(folder: Path) -> None:
     """Measure with bags in FOLDER, and write FOLDER/steps.json."""
     folder.mkdir(parents=True, exist_ok=True)
     heard = heard_by_each(folder)
-    found = {"steps": steps(heard), "windows": windows(heard)}
+    found: dict[str, Any] = {
+        "machine": machine(),
+        "steps": steps(heard),
+        "windows": windows(heard),
+    }
     (folder / "steps.json").write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
     table = Table("", "µs an IMU sample", "µs a fix")
     for name, one in found["steps"].items():

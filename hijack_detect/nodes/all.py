@@ -27,9 +27,8 @@ from hijack_detect.nodes.gnss_sanity import GnssSanityNode
 from hijack_detect.nodes.gps_angle import GpsAngleNode
 from hijack_detect.nodes.heading_detector import HeadingDetectorNode
 from hijack_detect.nodes.kld_detector import KldDetectorNode
-from hijack_detect.nodes.parameters import declare
+from hijack_detect.nodes.parameters import declare, naming
 from hijack_detect.nodes.running import run_composed
-from hijack_detect.parameters import ParameterError
 
 KINDS = (
     AttitudeEstimatorNode,
@@ -54,10 +53,8 @@ def make(executor: Executor) -> Sequence[Node]:
         ParameterError: A parameter of one of them is unknown or out of bounds.
     """
     monitor = Node("monitor", automatically_declare_parameters_from_overrides=True)
-    try:
+    with naming("monitor"):
         parameters = declare(monitor, CompositionParameters, read_only=True)
-    except ParameterError as error:
-        raise ParameterError(f"monitor: {error}") from error
     composition = Composition(executor, parameters.publish_rate or None)
     nodes = [kind(composition) for kind in KINDS]
     composition.connect(monitor)

@@ -15,32 +15,11 @@ from rclpy.node import Node
 from rclpy.utilities import ok
 
 from hijack_detect.nodes.running import SPIN_S
-from hijack_detect.nodes.wiring import Hearer, Input, subscribe
+from hijack_detect.nodes.wiring import Hearer, Input, Source, subscribe
 
 SWITCH_S = 0.0005
 """A tenth of Python's own: a GPS message waits for this several times until it is received, while
 the other thread is busy with IMU messages."""
-
-
-class _Source:
-    """A topic that is not one of the composed nodes': one subscription for all that hear it."""
-
-    def __init__(self, hearer: Hearer, name: str, given: Input) -> None:
-        self.given = given
-        self.hearers = [(hearer, name)]
-
-    @property
-    def timed(self) -> bool:
-        """Whether a node must know when its messages were published."""
-        return any(hearer.NEEDS_SOURCE_TIMES for hearer, _ in self.hearers)
-
-    def hear(self, heard: Any, published_ns: int = 0) -> None:
-        """Convert a message once, and give it to all; the first of them tells of a bad one."""
-        first, own_name = self.hearers[0]
-        sample = first.read(own_name, self.given, heard)
-        if sample is not None:
-            for hearer, name in self.hearers:
-                hearer.take(name, sample, published_ns)
 
 
 class Composition:
@@ -62,7 +41,7 @@ class Composition:
         self.rate_hz = rate_hz
         self._executor = executor
         self._offered: dict[str, list[tuple[Hearer, str]]] = {}
-        self._sources: dict[str, _Source] = {}
+        self._sources: dict[str, Source] = {}
 
     def offer(self, topic: str) -> None:
         """See Wiring."""
@@ -76,7 +55,7 @@ class Composition:
         elif topic in self._sources:
             self._sources[topic].hearers.append((hearer, name))
         else:
-            self._sources[topic] = _Source(hearer, name, given)
+            self._sources[topic] = Source(hearer, name, given)
 
     def hand_over(self, topic: str, outputs: Sequence[Any], passed_ns: int) -> None:
         """See Wiring."""
@@ -99,7 +78,7 @@ class Composition:
         sys.setswitchinterval(SWITCH_S)
         threading.Thread(target=self._receive, args=(timed,)).start()
 
-    def _passed_on(self, source: _Source) -> Any:
+    def _passed_on(self, source: Source) -> Any:
         def heard(message: Any, info: Mapping[str, Any]) -> None:
             self._executor.create_task(deliver, message, info["source_timestamp"])
 

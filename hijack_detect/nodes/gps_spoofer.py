@@ -29,10 +29,9 @@ from std_msgs.msg import Bool, Float64, UInt32
 
 from hijack_detect.bags.topics import OWN_TOPICS
 from hijack_detect.nodes.diagnostics import Diagnostics
-from hijack_detect.nodes.parameters import current, declare, own_changes
+from hijack_detect.nodes.parameters import current, declare, naming, own_changes
 from hijack_detect.nodes.qos import INTERNAL, OVERRIDES, SENSOR, STATE, remembered
 from hijack_detect.nodes.running import run
-from hijack_detect.parameters import ParameterError
 from hijack_detect.spoofing.live import LiveSpoofer
 from hijack_detect.spoofing.live_parameters import USED, SpooferParameters, chosen_attack
 from hijack_detect.spoofing.on_messages import SPOOFED_INPUTS, SpoofedMessages
@@ -53,11 +52,9 @@ class GpsSpoofer(Node):
             ValueError: A parameter or the scenario is refused.
         """
         super().__init__("gps_spoofer", automatically_declare_parameters_from_overrides=True)
-        try:
+        with naming("gps_spoofer"):
             self._settings = declare(self, SpooferParameters, read_only=False)
             self._live = LiveSpoofer(chosen_attack(self._settings))
-        except ParameterError as error:
-            raise ParameterError(f"gps_spoofer: {error}") from error
         self._messages = SpoofedMessages(self._live)
         self._checked: tuple[SpooferParameters, Scenario] | None = None
         self._counts: Counter[str] = Counter()

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import Any, TypeVar
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
@@ -44,6 +45,15 @@ def declare(node: Node, kind: type[P], *, read_only: bool) -> P:
             ignore_override=True,
         )
     return parameters
+
+
+@contextlib.contextmanager
+def naming(node: str) -> Iterator[None]:
+    """Let a ParameterError name the node that it is about."""
+    try:
+        yield
+    except ParameterError as error:
+        raise ParameterError(f"{node}: {error}") from error
 
 
 def current(node: Node, kind: type[P], changes: dict[str, Any]) -> P:

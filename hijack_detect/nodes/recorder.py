@@ -29,10 +29,9 @@ from hijack_detect.evaluation.monitor.graph import DETECTORS
 from hijack_detect.nodes.diagnostics import Diagnostics
 from hijack_detect.nodes.message_types import message_class
 from hijack_detect.nodes.messages import verdict_from
-from hijack_detect.nodes.parameters import declare
+from hijack_detect.nodes.parameters import declare, naming
 from hijack_detect.nodes.qos import INTERNAL, OVERRIDES, SENSOR, STATE
 from hijack_detect.nodes.running import run
-from hijack_detect.parameters import ParameterError
 from hijack_detect.recording.parameters import RecorderParameters
 from hijack_detect.recording.problems import Level
 from hijack_detect.recording.recorder import Recorder
@@ -67,10 +66,8 @@ class RecorderNode(Node):
             ParameterError: A parameter is unknown or out of bounds.
         """
         super().__init__("recorder", automatically_declare_parameters_from_overrides=True)
-        try:
+        with naming("recorder"):
             parameters = declare(self, RecorderParameters, read_only=True)
-        except ParameterError as error:
-            raise ParameterError(f"recorder: {error}") from error
         self._path = self.create_publisher(String, "~/snapshot", STATE)
         self._diagnostics = Diagnostics(self)
         name = self.get_fully_qualified_name()

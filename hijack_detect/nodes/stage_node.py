@@ -15,7 +15,7 @@ from rclpy.parameter import Parameter
 
 from hijack_detect.evaluation.monitor.stage import Component, Stage
 from hijack_detect.nodes.diagnostics import Diagnostics
-from hijack_detect.nodes.parameters import current, declare, own_changes
+from hijack_detect.nodes.parameters import current, declare, naming, own_changes
 from hijack_detect.nodes.wiring import Input, Wiring
 from hijack_detect.parameters import ParameterError, Parameters
 from hijack_detect.streams.messages import BadMessage
@@ -66,10 +66,8 @@ class StageNode(Node, Generic[P]):
         """
         super().__init__(name, automatically_declare_parameters_from_overrides=True)
         self._kind, self._make_component = parameters, make
-        try:
+        with naming(name):
             self._settings = declare(self, parameters, read_only=read_only)
-        except ParameterError as error:
-            raise ParameterError(f"{name}: {error}") from error
         self.stage = Stage(lambda: self._make_component(self._settings))
         self.rejected: Counter[str] = Counter()
         self._received: Counter[str] = Counter()
@@ -116,12 +114,6 @@ class StageNode(Node, Generic[P]):
     def node(self) -> Node:
         """The node itself."""
         return self
-
-    def hear(self, name: str, given: Input, heard: Any, published_ns: int) -> None:
-        """Take a message of an input, or its bytes."""
-        sample = self.read(name, given, heard)
-        if sample is not None:
-            self.take(name, sample, published_ns)
 
     def read(self, name: str, given: Input, heard: Any) -> Any:
         """What a message was converted to; None if it cannot be used, which has been told then."""

@@ -53,9 +53,6 @@ class Hearer(Protocol):
     def node(self) -> Node:
         """The node itself."""
 
-    def hear(self, name: str, given: Input, heard: Any, published_ns: int) -> None:
-        """Take a message of an input, or its bytes."""
-
     def take(self, name: str, sample: Any, published_ns: int) -> None:
         """Take what a message of an input was converted to, or another node's output."""
 
@@ -64,6 +61,28 @@ class Hearer(Protocol):
 
     def read(self, name: str, given: Input, heard: Any) -> Any:
         """What a message was converted to; None if it cannot be used, which has been told then."""
+
+
+class Source:
+    """A topic outside of the process: one subscription for all nodes in it that hear it."""
+
+    def __init__(self, hearer: Hearer, name: str, given: Input) -> None:
+        """Begin with one node and the name of its input."""
+        self.given = given
+        self.hearers = [(hearer, name)]
+
+    @property
+    def timed(self) -> bool:
+        """Whether a node must know when its messages were published."""
+        return any(hearer.NEEDS_SOURCE_TIMES for hearer, _ in self.hearers)
+
+    def hear(self, heard: Any, published_ns: int = 0) -> None:
+        """Convert a message once, and give it to all; the first of them tells of a bad one."""
+        first, own_name = self.hearers[0]
+        sample = first.read(own_name, self.given, heard)
+        if sample is not None:
+            for hearer, name in self.hearers:
+                hearer.take(name, sample, published_ns)
 
 
 class Wiring(Protocol):
@@ -96,14 +115,12 @@ class Topics:
 
     def listen(self, hearer: Hearer, name: str, given: Input) -> None:
         """See Wiring."""
-
-        def heard(message: Any) -> None:
-            hearer.hear(name, given, message, 0)
+        source = Source(hearer, name, given)
 
         def heard_with_time(message: Any, info: Mapping[str, Any]) -> None:
-            hearer.hear(name, given, message, info["source_timestamp"])
+            source.hear(message, info["source_timestamp"])
 
-        subscribe(hearer.node, given, heard_with_time if hearer.NEEDS_SOURCE_TIMES else heard)
+        subscribe(hearer.node, given, heard_with_time if source.timed else source.hear)
 
     def offer(self, topic: str) -> None:
         """See Wiring; nobody is there to take it."""

@@ -84,7 +84,8 @@ def map_cases(
     tell = on_done or (lambda done: None)
     kept = None
     found: dict[int, Result | Failure] = {}
-    if pool.results is not None and kind is not None:
+    if pool.results is not None:
+        assert kind is not None, "results of an unknown type cannot be kept"
         kept = KeptResults(pool.results, function, kind)
         found.update(kept.of(items))
         tell(len(found))
@@ -93,7 +94,7 @@ def map_cases(
     run = _here if alone else _on_dask
     with contextlib.ExitStack() as stack:
         if kept is not None:
-            stack.enter_context(kept)
+            stack.callback(kept.write)
         for index, result in run(function, items, missing, pool):
             found[index] = result
             if kept is not None and not isinstance(result, Failure):

@@ -7,7 +7,6 @@ import hashlib
 import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Generic, TypeVar
 
 from pydantic import TypeAdapter, ValidationError
@@ -83,13 +82,13 @@ class KeptResults(Generic[Result]):
         if len(self._waiting) == 1:
             self._since = now
         if now - self._since >= WRITE_S:
-            self._write()
+            self.write()
 
     def _key(self, item: Any) -> str:
         told = f"{__version__} {self._done} {item!r}"
         return hashlib.sha256(told.encode()).hexdigest()
 
-    def _write(self) -> None:
+    def write(self) -> None:
         """Write what waits into a file of its own, which is whole or not there."""
         import pyarrow as pa  # noqa: PLC0415
         import pyarrow.parquet as pq  # noqa: PLC0415
@@ -101,19 +100,6 @@ class KeptResults(Generic[Result]):
         pq.write_table(pa.Table.from_pylist(self._waiting), part)
         part.replace(path)
         self._waiting = []
-
-    def __enter__(self) -> KeptResults[Result]:
-        """Return itself."""
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Write what waits, also when the run is broken off."""
-        self._write()
 
 
 def described(function: Callable[..., Any]) -> str:

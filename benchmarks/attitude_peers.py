@@ -1,7 +1,7 @@
 """The attitude estimator beside the filters of `ahrs` and `vqf`, and its EKF beside FilterPy's.
 
     pip install ahrs vqf filterpy
-    python benchmarks/speed/attitude_peers.py ../shared/flights/sitl --match curved
+    python benchmarks/attitude_peers.py ../shared/flights/sitl --match curved
 
 Errors are root mean squares against /truth/attitude from 20 s after take-off, degrees. The peers
 have no GPS: they take the accelerometer for the vertical, which an accelerating vehicle tilts. A
@@ -18,6 +18,7 @@ from typing import Any
 
 import click
 import numpy as np
+from attitude import SETTLE_S, errors_rad, reference, rms_deg
 from rich.console import Console
 from rich.progress import track
 from rich.table import Table
@@ -31,8 +32,6 @@ from hijack_detect.estimation.rotation import Array, roll_pitch_yaw
 from hijack_detect.evaluation.ground_truth.truth import read_label
 from hijack_detect.streams.samples import NANOSECONDS, ImuSample, MagneticSample
 
-TRUTH = "/truth/attitude"
-SETTLE_S = 20.0
 INPUTS = ("imu", "fix", "velocity", "mag")
 Heard = list[tuple[str, Any]]
 Track = list[tuple[float, float, float, float]]
@@ -103,30 +102,14 @@ def _interval_s(heard: Heard, name: str) -> float:
     return float(np.median(np.diff(stamps))) / NANOSECONDS
 
 
-def truth_of(reader: BagReader) -> Array:
-    """Second, roll, pitch and yaw (rad), shape (n, 4)."""
-    rows = []
-    for raw in reader.messages([TRUTH]):
-        message = reader.deserialize(raw)
-        q, stamp = message.quaternion, message.header.stamp
-        angles = roll_pitch_yaw((q.x, q.y, q.z, q.w))
-        rows.append((stamp.sec + stamp.nanosec / NANOSECONDS, *angles))
-    return np.array(rows)
-
-
-def errors_deg(found: Track, truth: Array, from_s: float, *, aligned: bool) -> list[float]:
-    """Root mean square of roll, pitch and yaw; `aligned` takes the median off the yaw's."""
-    track_ = np.array(found)
-    truth = truth[(truth[:, 0] >= max(from_s, track_[0, 0])) & (truth[:, 0] <= track_[-1, 0])]
-    rms = []
-    for k in (1, 2, 3):
-        said = np.interp(truth[:, 0], track_[:, 0], np.unwrap(track_[:, k]))
-        error = np.angle(np.exp(1j * (said - truth[:, k])))
-        if k == 3 and aligned:
-            middle = np.angle(np.mean(np.exp(1j * error)))
-            error = np.angle(np.exp(1j * (error - middle)))
-        rms.append(float(np.degrees(np.sqrt(np.mean(np.square(error))))))
-    return rms
+def rms_of(found: Track, truth: Array, from_s: float, *, aligned: bool) -> list[float]:
+    """Root mean square of roll, pitch and yaw, degrees; `aligned` takes the mean off the yaw's."""
+    said = np.array(found)
+    inside = (truth[:, 0] >= max(from_s, said[0, 0])) & (truth[:, 0] <= said[-1, 0])
+    roll, pitch, yaw = errors_rad(said, truth[inside])
+    if aligned:
+        yaw = np.angle(np.exp(1j * yaw) / np.mean(np.exp(1j * yaw)))
+    return [rms_deg(error) for error in (roll, pitch, yaw)]
 
 
 def heard_on(path: Path) -> tuple[Heard, Array, float]:
@@ -136,7 +119,10 @@ def heard_on(path: Path) -> tuple[Heard, Array, float]:
         heard = sorted((one for one in read if one[0] in INPUTS), key=lambda one: one[1].stamp_ns)
         label = read_label(path)
         takeoff_s = 0.0 if label is None else float(label["t_takeoff"])
-        return heard, truth_of(reader), reader.start_ns / NANOSECONDS + takeoff_s + SETTLE_S
+        _, truth = reference(reader)
+        start_s = reader.start_ns / NANOSECONDS
+        truth[:, 0] += start_s
+        return heard, truth, start_s + takeoff_s + SETTLE_S
 
 
 def ekf_cost() -> dict[str, float]:
@@ -186,7 +172,7 @@ def main(flights: Path, match: str) -> None:
             found = method(heard)
             cost_us = (time.perf_counter() - begin) / readings * 1e6
             aligned = method is not ours
-            rows[name].append([*errors_deg(found, truth, from_s, aligned=aligned), cost_us])
+            rows[name].append([*rms_of(found, truth, from_s, aligned=aligned), cost_us])
     table = Table("median over flights", "roll °", "pitch °", "yaw °", "µs a sample")
     for name, values in rows.items():
         table.add_row(name, *(f"{one:.2f}" for one in np.median(values, axis=0)))
