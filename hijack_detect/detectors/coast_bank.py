@@ -90,49 +90,52 @@ class CoastBank:
         """
         self._youngest, self._oldest, self._spacing = youngest_s, oldest_s, spacing_s
         changes = changes or {}
-        self._states = list(changes)
         steps, ramps = (
             [one.step for one in changes.values()],
             [one.ramp for one in changes.values()],
         )
         self._prior = np.diag([TINY] * AXES + [sigma**-2 for sigma in steps + ramps])
         n = len(self._prior)
-        self._ramps = slice(AXES + len(steps), n)
-        self._begun = np.zeros((1, size, n))
-        self._begun[0, self._states, AXES : AXES + len(steps)] = np.eye(len(steps))
+        states = list(changes)
+        self._begun = np.zeros((size, 1, n))
+        self._begun[states, 0, AXES : AXES + len(steps)] = np.eye(len(steps))
+        self._growing = np.zeros((size, 1, n))
+        self._growing[states, 0, AXES + len(steps) :] = np.eye(len(ramps))
         self._since_s = spacing_s
         self._age: Array = np.zeros(0)
-        self._shift: Array = np.zeros((0, size, n))
+        self._shift: Array = np.zeros((size, 0, n))
+        """f of every onset: errors of the filter by columns of offsets."""
         self._d: Array = np.zeros((0, n))
         self._c: Array = np.zeros((0, n, n))
 
     def propagate(self, step: Propagated) -> None:
         """The filter moved on."""
-        kept = self._age + step.dt_s <= self._oldest
-        self._age = self._age[kept] + step.dt_s
-        self._shift = step.transition @ self._shift[kept]
-        self._shift[:, self._states, self._ramps] += step.dt_s * np.eye(len(self._states))
-        self._d, self._c = self._d[kept], self._c[kept]
+        age = self._age + step.dt_s
+        first = int(np.count_nonzero(age > self._oldest))
+        self._age, self._d, self._c = age[first:], self._d[first:], self._c[first:]
+        self._shift = _times(step.transition, self._shift[:, first:])
+        self._shift += step.dt_s * self._growing
         self._since_s += step.dt_s
         if self._since_s >= self._spacing:
             self._since_s = 0.0
             self._age = np.append(self._age, 0.0)
             n = len(self._prior)
-            self._shift = np.concatenate([self._shift, self._begun])
+            self._shift = np.concatenate([self._shift, self._begun], axis=1)
             self._d = np.concatenate([self._d, np.zeros((1, n))])
             self._c = np.concatenate([self._c, np.zeros((1, n, n))])
 
     def measure(self, step: Measured) -> None:
         """The filter used a measurement."""
         said = step.innovation
-        g = -(said.h @ self._shift)
+        g = -_times(said.h, self._shift)
         if step.block is not None:
             power = 0.5 * self._age**2 if step.block is POSITION else self._age
-            g[:, :AXES, :AXES] += power[:, None, None] * np.eye(AXES)
-        weighted = np.swapaxes(g, 1, 2) @ said.precision
-        self._d = self._d + weighted @ said.residual
-        self._c = self._c + weighted @ g
-        self._shift = self._shift + said.gain @ g
+            for axis in range(AXES):
+                g[axis, :, axis] += power
+        weighted = _times(said.precision, g)
+        self._d = self._d + _times(said.residual[None], weighted)[0]
+        self._c = self._c + weighted.transpose(1, 2, 0) @ g.transpose(1, 0, 2)
+        self._shift = self._shift + _times(said.gain, g)
 
     def offsets(self, *, changed: bool = False) -> Offsets:
         """The most likely offsets now; `changed` lets the states change as they may."""
@@ -141,3 +144,10 @@ class CoastBank:
         joint = np.asarray(np.linalg.inv(information), dtype=float)
         acceleration = np.einsum("nij,nj->ni", joint, self._d[at][:, :n])[:, :AXES]
         return Offsets(self._age[at], acceleration, joint[:, :AXES, :AXES])
+
+
+def _times(matrix: Array, columns: Array) -> Array:
+    """A matrix of shape (a, b) times all columns of shape (b, m, n), as one product."""
+    rows, m, n = columns.shape
+    product: Array = matrix @ columns.reshape(rows, m * n)
+    return product.reshape(len(matrix), m, n)

@@ -48,7 +48,7 @@ class AirEkf(LagEkf):
     ) -> None:
         """See LagEkf; `air` is what is assumed of wind and drag."""
         super().__init__(attitude, sigmas, noise, errors, air.sigmas)
-        self._walk = np.diag(np.square(air.walks))
+        self._walk = np.square(air.walks)
         self._force = ForceNoise(air)
         self.wind: Array = np.zeros(2)
         self.drag: Array = np.array([air.drag[0], air.quadratic[0]])
@@ -65,12 +65,12 @@ class AirEkf(LagEkf):
         """See Ekf."""
         super().propagate(block)
         self._impulse = self._impulse + block.dt @ block.specific_force[:, :2]
-        self._seconds += float(np.sum(block.dt))
+        self._seconds += block.seconds
 
     def process_noise(self, block: ImuBlock, force: Array) -> Array:
         """See LagEkf."""
         noise = super().process_noise(block, force)
-        noise[WIND.start :, WIND.start :] = self._walk * float(np.sum(block.dt))
+        noise[WIND.start :] = self._walk * block.seconds
         return noise
 
     def update(self, h: Array, residual: Array, r: Array) -> Innovation:

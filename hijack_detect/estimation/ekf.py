@@ -10,11 +10,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
 
 from hijack_detect.estimation.rotation import (
+    UNIT,
     Array,
     exponential,
     exponentials,
@@ -30,6 +32,9 @@ GRAVITY = 9.80665
 
 POSITION, VELOCITY, ATTITUDE = slice(0, 3), slice(3, 6), slice(6, 9)
 ACCEL_BIAS, GYRO_BIAS = slice(9, 12), slice(12, 15)
+BOTH_WAYS = np.arange(6), (np.arange(6) + 3) % 6
+"""Entries of a covariance that tie each component of the position to its velocity."""
+UP = np.array([0.0, 0.0, 1.0])
 
 
 Observation: TypeAlias = tuple[Array, Array, Array]
@@ -63,6 +68,11 @@ class ImuBlock:
     dt: Array
     angular_velocity: Array
     specific_force: Array
+
+    @cached_property
+    def seconds(self) -> float:
+        """Length of the block, s."""
+        return float(self.dt.sum())
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +121,7 @@ class Ekf:
 
     def propagate(self, block: ImuBlock) -> None:
         """Advance the state over a block of IMU readings (INS mechanisation and Q of §3.5)."""
-        if len(block.dt) == 0:
+        if not block.seconds:
             return
         dt = block.dt[:, None]
         halves = exponentials((block.angular_velocity - self.gyro_bias) * (0.5 * dt))
@@ -125,33 +135,31 @@ class Ekf:
         self.attitude = normalized(q)
 
         rotation = matrices(np.array(middles))
-        force = np.einsum("nij,nj->ni", rotation, block.specific_force - self.accel_bias)
-        phi = _transition(dt, rotation, force, len(self.covariance))
-        noise = self.process_noise(block, np.mean(force, axis=0))
-        self.covariance = phi @ self.covariance @ phi.T + noise
-        self.transition = phi
-        acceleration = force - np.array([0.0, 0.0, GRAVITY])
-        steps = acceleration * dt
-        before = self.velocity + np.cumsum(steps, axis=0) - steps
-        self.position = self.position + np.sum((before + 0.5 * steps) * dt, axis=0)
-        self.velocity = self.velocity + np.sum(steps, axis=0)
+        force = (rotation @ (block.specific_force - self.accel_bias)[:, :, None])[:, :, 0]
+        self.transition = phi = _transition(dt, rotation, force, len(self.covariance))
+        covariance = phi @ self.covariance @ phi.T
+        add_diagonal(covariance, slice(0, len(phi)), self.process_noise(block, force.mean(axis=0)))
+        covariance[BOTH_WAYS] += self._noise.accel**2 * block.seconds**2 / 2
+        self.covariance = covariance
+        steps = (force - UP * GRAVITY) * dt
+        after = self.velocity + steps.cumsum(axis=0)
+        self.position = self.position + ((after - 0.5 * steps) * dt).sum(axis=0)
+        self.velocity = after[-1]
 
     def process_noise(self, block: ImuBlock, force: Array) -> Array:
-        """Q of §3.5 over a block.
+        """Diagonal of Q of §3.5 over a block, shape (n,); `propagate` adds what ties p to v.
 
         Args:
             block: The readings.
             force: Mean specific force, ENU, m/s², shape (3,).
         """
-        total = float(np.sum(block.dt))
-        accel = self._noise.accel**2
-        noise = np.zeros_like(self.covariance)
-        noise[POSITION, VELOCITY] = noise[VELOCITY, POSITION] = accel * total**2 / 2 * np.eye(3)
-        add_diagonal(noise, POSITION, accel * total**3 / 3)
-        add_diagonal(noise, VELOCITY, accel * total)
-        add_diagonal(noise, ATTITUDE, self._noise.gyro**2 * total)
-        add_diagonal(noise, ACCEL_BIAS, self._noise.accel_bias**2 * total)
-        add_diagonal(noise, GYRO_BIAS, self._noise.gyro_bias**2 * total)
+        seconds, accel = block.seconds, self._noise.accel**2
+        noise = np.zeros(len(self.covariance))
+        noise[POSITION] = accel * seconds**3 / 3
+        noise[VELOCITY] = accel * seconds
+        noise[ATTITUDE] = self._noise.gyro**2 * seconds
+        noise[ACCEL_BIAS] = self._noise.accel_bias**2 * seconds
+        noise[GYRO_BIAS] = self._noise.gyro_bias**2 * seconds
         return noise
 
     def gps(self, block: slice, measured: Array, variances: Array) -> Observation:
@@ -163,7 +171,9 @@ class Ekf:
             variances: Of the measurement's noise, shape (3,).
         """
         state = self.position if block is POSITION else self.velocity
-        return np.eye(len(self.covariance))[block], measured - state, variances
+        rows = np.zeros((3, len(self.covariance)))
+        rows[:, block] = UNIT
+        return rows, measured - state, variances
 
     def update(self, h: Array, residual: Array, r: Array) -> Innovation:
         """Kalman update in Joseph form.
@@ -231,15 +241,20 @@ def _transition(dt: Array, rotation: Array, force: Array, size: int) -> Array:
     δv' = −[R f]× δθ − R δba, every block of Φ is a single or double integral over the samples:
     a reading counts with its interval, and again with the time from its middle to the end.
     """
-    step = dt[:, :, None]
-    turned = np.cumsum(rotation * step, axis=0)
-    cross = skew(force)
-    rates = np.concatenate([-cross, -rotation, cross @ (turned - 0.5 * rotation * step)], axis=2)
-    ends = np.cumsum(dt[:, 0])
-    left = ends[-1] - ends + 0.5 * dt[:, 0]
-    weights = np.stack([dt[:, 0] * left, dt[:, 0]])
-    phi = np.eye(size)
-    phi[POSITION, VELOCITY] = ends[-1] * np.eye(3)
+    turns = rotation * dt[:, :, None]
+    turned = turns.cumsum(axis=0)
+    rates = np.empty((len(dt), 3, 9))
+    rates[:, :, :3] = cross = skew(force)
+    rates[:, :, 3:6] = rotation
+    rates[:, :, 6:] = cross @ (0.5 * turns - turned)
+    ends = dt.cumsum()
+    weights = np.empty((2, len(dt)))
+    weights[1] = dt[:, 0]
+    weights[0] = weights[1] * (ends[-1] - ends + 0.5 * weights[1])
+    phi = np.zeros((size, size))
+    add_diagonal(phi, slice(0, size), 1.0)
+    phi[POSITION, VELOCITY] = ends[-1] * UNIT
     phi[:6, 6:15] = (weights @ rates.reshape(len(dt), 27)).reshape(6, 9)
+    np.negative(phi[:6, 6:15], out=phi[:6, 6:15])
     phi[ATTITUDE, GYRO_BIAS] = -turned[-1]
     return phi

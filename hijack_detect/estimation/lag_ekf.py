@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,13 +13,13 @@ from hijack_detect.estimation.ekf import (
     ATTITUDE,
     GRAVITY,
     POSITION,
+    UP,
     VELOCITY,
     Ekf,
     ImuBlock,
     Innovation,
     Observation,
     ProcessNoise,
-    add_diagonal,
 )
 from hijack_detect.estimation.rotation import Array
 from hijack_detect.streams.samples import Quaternion
@@ -111,24 +112,22 @@ class LagEkf(Ekf):
 
     def propagate(self, block: ImuBlock) -> None:
         """See Ekf."""
-        if len(block.dt) == 0:
+        if not block.seconds:
             return
         before = self.velocity
         super().propagate(block)
-        total = float(np.sum(block.dt))
-        self.acceleration = (self.velocity - before) / total
-        self.steps.append(Propagated(total, self.transition))
+        self.acceleration = (self.velocity - before) / block.seconds
+        self.steps.append(Propagated(block.seconds, self.transition))
 
     def process_noise(self, block: ImuBlock, force: Array) -> Array:
         """See Ekf; with errors of scale."""
         noise = super().process_noise(block, force)
-        e, total = self._errors, float(np.sum(block.dt))
-        up = np.array([0.0, 0.0, GRAVITY])
-        accel = (e.force_scale * float(np.linalg.norm(force - up))) ** 2
-        rate = float(np.linalg.norm(np.mean(block.angular_velocity, axis=0)))
-        add_diagonal(noise, VELOCITY, accel * total)
-        add_diagonal(noise, ATTITUDE, (e.rate_scale * rate) ** 2 * total)
-        add_diagonal(noise, LAGS, e.lag_walk**2 * total)
+        e, seconds = self._errors, block.seconds
+        accel = math.hypot(*(force - UP * GRAVITY).tolist())
+        rate = math.hypot(*block.angular_velocity.mean(axis=0).tolist())
+        noise[VELOCITY] += (e.force_scale * accel) ** 2 * seconds
+        noise[ATTITUDE] += (e.rate_scale * rate) ** 2 * seconds
+        noise[LAGS] = e.lag_walk**2 * seconds
         return noise
 
     def gps(self, block: slice, measured: Array, variances: Array) -> Observation:
@@ -137,10 +136,10 @@ class LagEkf(Ekf):
         self._block = block
         if block is POSITION:
             lag, rate = POSITION_LAG, self.velocity
-            more = self._errors.position_jitter_s * float(np.hypot(rate[0], rate[1]))
+            more = self._errors.position_jitter_s * math.hypot(*rate[:2].tolist())
         else:
             lag, rate = VELOCITY_LAG, self.acceleration
-            more = self._errors.lag_jitter_s * float(np.linalg.norm(rate))
+            more = self._errors.lag_jitter_s * math.hypot(*rate.tolist())
         rows[:, lag] = -rate
         return rows, residual + self.lags[lag - POSITION_LAG] * rate, noise + more**2
 
@@ -154,4 +153,4 @@ class LagEkf(Ekf):
     def _inject(self, error: Array) -> None:
         super()._inject(error)
         bound = self._errors.max_lag_s
-        self.lags = np.clip(self.lags + error[LAGS], -bound, bound)
+        self.lags = np.minimum(np.maximum(self.lags + error[LAGS], -bound), bound)

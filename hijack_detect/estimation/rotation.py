@@ -12,6 +12,13 @@ from hijack_detect.streams.samples import Quaternion, Vector3
 Array = npt.NDArray[np.float64]
 
 
+UNIT = np.eye(3)
+CROSS = np.cross(UNIT[:, None], UNIT[None]).transpose(0, 2, 1).reshape(3, 9)
+"""A vector times this is its matrix of the cross product."""
+SMALLEST_RAD = 1e-100
+"""Keeps the sine of no rotation over itself at one."""
+
+
 def wrap(angle: float) -> float:
     """Wrap an angle in radians to (-π, π]."""
     wrapped = math.remainder(angle, math.tau)
@@ -48,11 +55,10 @@ def exponential(vector: Vector3) -> Quaternion:
 
 def exponentials(vectors: Array) -> Array:
     """Rotations by rotation vectors of shape (n, 3), rad, as quaternions of shape (n, 4)."""
-    angle = np.sqrt(np.einsum("ni,ni->n", vectors, vectors))
-    half = 0.5 * angle
+    half = 0.5 * np.sqrt((vectors * vectors).sum(axis=1, keepdims=True))
     out = np.empty((len(vectors), 4))
-    out[:, :3] = vectors * (0.5 * np.sinc(half / np.pi))[:, None]
-    out[:, 3] = np.cos(half)
+    out[:, :3] = vectors * (0.5 * np.sin(half + SMALLEST_RAD) / (half + SMALLEST_RAD))
+    out[:, 3:] = np.cos(half)
     return out
 
 
@@ -101,17 +107,8 @@ def matrix(q: Quaternion) -> Array:
 
 def matrices(q: Array) -> Array:
     """Rotation matrices, shape (n, 3, 3), of unit quaternions of shape (n, 4)."""
-    x, y, z, w = q.T
-    out = np.empty((len(q), 3, 3))
-    out[:, 0, 0] = 1 - 2 * (y * y + z * z)
-    out[:, 0, 1] = 2 * (x * y - w * z)
-    out[:, 0, 2] = 2 * (x * z + w * y)
-    out[:, 1, 0] = 2 * (x * y + w * z)
-    out[:, 1, 1] = 1 - 2 * (x * x + z * z)
-    out[:, 1, 2] = 2 * (y * z - w * x)
-    out[:, 2, 0] = 2 * (x * z - w * y)
-    out[:, 2, 1] = 2 * (y * z + w * x)
-    out[:, 2, 2] = 1 - 2 * (x * x + y * y)
+    turned: Array = skew(2.0 * q[:, :3])
+    out: Array = (q[:, 3, None, None] * turned) + 0.5 * turned @ turned + UNIT
     return out
 
 
@@ -131,11 +128,5 @@ def rotate(q: Quaternion, v: Vector3) -> Vector3:
 
 def skew(v: Array) -> Array:
     """Matrices [v]× of vectors (..., 3), so that [v]× u = v × u; shape (..., 3, 3)."""
-    out = np.zeros((*v.shape[:-1], 3, 3))
-    out[..., 0, 1] = -v[..., 2]
-    out[..., 0, 2] = v[..., 1]
-    out[..., 1, 0] = v[..., 2]
-    out[..., 1, 2] = -v[..., 0]
-    out[..., 2, 0] = -v[..., 1]
-    out[..., 2, 1] = v[..., 0]
-    return out
+    crossed: Array = v @ CROSS
+    return crossed.reshape(*v.shape[:-1], 3, 3)
