@@ -11,13 +11,16 @@ import json
 import time
 from collections.abc import Callable
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import click
 from rosbags.highlevel import AnyReader
 
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.bags.samples import Rejected, read_samples
-from hijack_detect.evaluation.monitor.offline import run_offline
+from hijack_detect.evaluation.analysis.analyse import analyse
+from hijack_detect.evaluation.analysis.report.page import write_page
+from hijack_detect.evaluation.analysis.report.recording import Recorder, recording
 from hijack_detect.evaluation.monitor.policies import policy_parameters
 
 
@@ -45,11 +48,21 @@ def decode(bag: Path) -> int:
 def detect(bag: Path) -> int:
     """Run all detectors: all that `analyze` does but for the report."""
     with BagReader(bag) as reader:
-        return len(run_offline(reader, policy_parameters("default")).results)
+        return len(analyse(reader, policy_parameters("default")).spans)
+
+
+def report(bag: Path) -> int:
+    """Do what `analyze --report` does."""
+    recorder = Recorder()
+    with BagReader(bag) as reader, TemporaryDirectory() as folder:
+        parameters = policy_parameters("default")
+        done = analyse(reader, parameters, on_sample=recorder.take, on_output=recorder.hear)
+        recorded = recording(reader, recorder, injected=False)
+        return write_page(Path(folder), done, recorded).stat().st_size
 
 
 JOBS: dict[str, Callable[[Path], int]] = {
-    job.__name__: job for job in (iterate, rosbags, decode, detect)
+    job.__name__: job for job in (iterate, rosbags, decode, detect, report)
 }
 
 

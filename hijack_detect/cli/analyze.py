@@ -68,7 +68,7 @@ def analyze(
         raise BadInput(str(error)) from error
     except OSError as error:
         raise BadInput(f"{error.filename}: {error.strerror}") from error
-    for line in done.run.rejected.lines():
+    for line in done.flight.rejected.lines():
         click.echo(line, err=True)
     if json_file == STDOUT:
         click.echo(text.encode())

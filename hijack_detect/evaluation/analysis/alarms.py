@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import sys
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -48,36 +48,48 @@ class Span:
         return (self.end_ns - self.start_ns) / NANOSECONDS
 
 
-def state_spans(said: Sequence[Said], start_ns: int, end_ns: int, stale_ns: int) -> list[Span]:
-    """Cover a flight with the states of one detector, without gaps.
+class StateSpans:
+    """Covers a flight with the states of one detector, without gaps.
 
     A verdict holds until the next one, but no longer than `stale_ns`: after that the detector is
-    silent, which is STALE. Before the first verdict it is NOT_READY.
-
-    Args:
-        said: Verdicts in order of stamp.
-        start_ns: Where the flight begins, nanoseconds.
-        end_ns: Where it ends, nanoseconds.
-        stale_ns: Longest time for which a verdict holds, nanoseconds.
+    silent, which is STALE. Before the first verdict it is NOT_READY. Spans of one state that
+    follow on each other are one, so what is kept grows with the changes and not with the flight.
     """
-    stamps = [*(one.stamp_ns for one in said), end_ns]
-    spans = [Span(State.NOT_READY, start_ns, stamps[0], "no verdict yet")]
-    for one, next_ns in zip(said, stamps[1:], strict=True):
-        until_ns = min(next_ns, one.stamp_ns + stale_ns)
-        spans.append(Span(one.state, one.stamp_ns, until_ns, one.reason))
-        spans.append(Span(State.STALE, until_ns, next_ns, "silent"))
-    return _joined(span for span in spans if span.end_ns > span.start_ns)
 
+    def __init__(self, start_ns: int, stale_ns: int) -> None:
+        """Begin a flight.
 
-def _joined(spans: Iterable[Span]) -> list[Span]:
-    """Spans of one state that follow on each other as one."""
-    joined: list[Span] = []
-    for span in spans:
-        if joined and joined[-1].state is span.state and joined[-1].end_ns == span.start_ns:
-            joined[-1] = replace(joined[-1], end_ns=span.end_ns)
-        else:
-            joined.append(span)
-    return joined
+        Args:
+            start_ns: Where it begins, nanoseconds.
+            stale_ns: Longest time for which a verdict holds, nanoseconds.
+        """
+        self._stale_ns = stale_ns
+        self._closed: list[Span] = []
+        self._last = Span(State.NOT_READY, start_ns, sys.maxsize, "no verdict yet")
+        """What holds since the last verdict, until it would go stale."""
+
+    def add(self, said: Said) -> None:
+        """Take the next verdict, in order of stamp."""
+        self._close(said.stamp_ns)
+        stale_ns = said.stamp_ns + self._stale_ns
+        self._last = Span(said.state, said.stamp_ns, stale_ns, said.reason)
+
+    def finish(self, end_ns: int) -> list[Span]:
+        """All spans of the flight, which ends here, nanoseconds."""
+        self._close(end_ns)
+        return self._closed
+
+    def _close(self, end_ns: int) -> None:
+        until_ns = min(end_ns, self._last.end_ns)
+        silent = Span(State.STALE, until_ns, end_ns, "silent")
+        for span in (replace(self._last, end_ns=until_ns), silent):
+            before = self._closed[-1] if self._closed else None
+            if span.end_ns <= span.start_ns:
+                continue
+            if before and before.state is span.state and before.end_ns == span.start_ns:
+                self._closed[-1] = replace(before, end_ns=span.end_ns)
+            else:
+                self._closed.append(span)
 
 
 @dataclass(frozen=True)
@@ -91,17 +103,27 @@ class AlertSpan:
     cause: str
 
 
-def alert_spans(results: Iterable[FusionResult], end_ns: int) -> list[AlertSpan]:
-    """All alerts of a flight that ends at `end_ns`, in order."""
-    alerts: list[AlertSpan] = []
-    before = False
-    for result in results:
-        if result.alert and not before:
+class AlertSpans:
+    """All alerts of a flight."""
+
+    def __init__(self) -> None:
+        """Begin a flight without one."""
+        self._alerts: list[AlertSpan] = []
+        self._before = False
+
+    def add(self, result: FusionResult) -> None:
+        """Take the next result of the fusion, in order of stamp."""
+        if result.alert and not self._before:
             since_ns = result.stamp_ns if result.alert_since_ns is None else result.alert_since_ns
-            alerts.append(
-                AlertSpan(since_ns, end_ns, result.causes, result.confidence, result.reason)
+            self._alerts.append(
+                AlertSpan(since_ns, sys.maxsize, result.causes, result.confidence, result.reason)
             )
-        elif before and not result.alert:
-            alerts[-1] = replace(alerts[-1], end_ns=result.stamp_ns)
-        before = result.alert
-    return alerts
+        elif self._before and not result.alert:
+            self._alerts[-1] = replace(self._alerts[-1], end_ns=result.stamp_ns)
+        self._before = result.alert
+
+    def finish(self, end_ns: int) -> list[AlertSpan]:
+        """All alerts of the flight, which ends here, nanoseconds, in order."""
+        if self._before:
+            self._alerts[-1] = replace(self._alerts[-1], end_ns=end_ns)
+        return self._alerts

@@ -9,13 +9,8 @@ from typing import Any
 
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.evaluation.analysis.alarms import (
-    JUDGED,
-    AlertSpan,
-    Span,
-    alert_spans,
-    state_spans,
-)
+from hijack_detect.evaluation.analysis.account import MONITOR, Account
+from hijack_detect.evaluation.analysis.alarms import JUDGED, AlertSpan, Span
 from hijack_detect.evaluation.analysis.analysis import (
     Alert,
     Analysis,
@@ -29,12 +24,9 @@ from hijack_detect.evaluation.analysis.sentence import sentence
 from hijack_detect.evaluation.ground_truth.outcome import Attack
 from hijack_detect.evaluation.ground_truth.truth import Source, known_attack, truth_track
 from hijack_detect.evaluation.monitor.graph import Monitor, MonitorParameters
-from hijack_detect.evaluation.monitor.offline import OfflineRun, run_samples, spoofed_samples
+from hijack_detect.evaluation.monitor.offline import FlightNotes, outputs_of, spoofed_samples
 from hijack_detect.spoofing.scenario import Scenario
 from hijack_detect.streams.samples import NANOSECONDS, Sample
-
-MONITOR = "monitor"
-"""Name of the fusion's spans."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +35,7 @@ class Analysed:
 
     Attributes:
         analysis: What is said of the flight.
-        run: Every verdict.
+        flight: What was noted of the samples.
         parameters: Parameters of the monitor.
         attack: The attack, if one is known.
         alerts: All alerts.
@@ -52,7 +44,7 @@ class Analysed:
     """
 
     analysis: Analysis
-    run: OfflineRun
+    flight: FlightNotes
     parameters: MonitorParameters
     attack: Attack | None
     alerts: list[AlertSpan]
@@ -61,7 +53,7 @@ class Analysed:
 
     def seconds(self, stamp_ns: int) -> float:
         """Seconds from the bag's first message to a stamp, to the microsecond."""
-        return _seconds(stamp_ns, self.run.start_ns)
+        return _seconds(stamp_ns, self.flight.start_ns)
 
 
 def analyse(
@@ -78,8 +70,9 @@ def analyse(
         reader: The bag.
         parameters: Parameters of the monitor.
         scenario: An attack to inject, if any.
-        on_sample: See `evaluation.offline.run_samples`.
-        on_output: See `evaluation.offline.run_samples`.
+        on_sample: Called with every sample.
+        on_output: Called with part and output of everything that any part puts out: verdicts
+            are not kept, for no flight is too long to be analysed.
 
     Raises:
         BagError: The bag cannot be read, or its label is none.
@@ -87,17 +80,17 @@ def analyse(
     """
     attack, source = known_attack(reader, scenario)
     truth = truth_track(reader) if scenario is None else None
-    run, monitor = OfflineRun(reader.start_ns), Monitor(parameters)
-    samples = spoofed_samples(reader, scenario, run, truth=truth)
-    run_samples(samples, monitor, run, on_sample=on_sample, on_output=on_output)
-
-    end_ns = max(reader.end_ns, *(result.stamp_ns for result in run.results[-1:]), 0)
+    flight, monitor = FlightNotes(reader.start_ns), Monitor(parameters)
     stale_ns = round(parameters.fusion.stale_s * NANOSECONDS)
-    said: dict[str, Any] = {MONITOR: run.results, **run.verdicts}
-    spans = {
-        name: state_spans(one, reader.start_ns, end_ns, stale_ns) for name, one in said.items()
-    }
-    alerts = alert_spans(run.results, end_ns)
+    account = Account(monitor.detectors, reader.start_ns, stale_ns)
+    samples = spoofed_samples(reader, scenario, flight, truth=truth)
+    for part, output in outputs_of(samples, monitor, on_sample=on_sample):
+        account.hear(part, output)
+        if on_output is not None:
+            on_output(part, output)
+
+    end_ns = max(reader.end_ns, account.newest_ns)
+    spans, alerts = account.spans(end_ns), account.alerts(end_ns)
     hit = first_hit(alerts, attack)
     outcome = outcome_of(alerts, attack, labelled=source is not None)
 
@@ -123,21 +116,21 @@ def analyse(
             for one in alerts
         ),
         detectors={
-            name: _detector(verdicts, spans[name], seconds)
-            for name, verdicts in run.verdicts.items()
+            name: _detector(account.peaks.get(name), spans[name], seconds)
+            for name in monitor.detectors
         },
         judged_s=round(sum(one.seconds for one in spans[MONITOR] if one.state in JUDGED), 6),
-        spoof=_spoof(attack, source, run, seconds),
+        spoof=_spoof(attack, source, flight, seconds),
         time_to_detect_s=(
             None if hit is None or attack is None else _seconds(hit.start_ns, attack.onset_ns)
         ),
         deviation_at_alarm_m=(
-            None if hit is None or not run.separations else run.separation_at(hit.start_ns)
+            None if hit is None or not flight.separations else flight.separation_at(hit.start_ns)
         ),
-        skipped=skipped(run, monitor),
+        skipped=skipped(flight, monitor),
     )
     analysis = draft.model_copy(update={"verdict": sentence(draft)})
-    return Analysed(analysis, run, parameters, attack, alerts, spans, end_ns)
+    return Analysed(analysis, flight, parameters, attack, alerts, spans, end_ns)
 
 
 def first_hit(alerts: list[AlertSpan], attack: Attack | None) -> AlertSpan | None:
@@ -161,13 +154,13 @@ def outcome_of(alerts: list[AlertSpan], attack: Attack | None, *, labelled: bool
     return Outcome.LATE if ended else Outcome.DETECTED
 
 
-def skipped(run: OfflineRun, monitor: Monitor) -> dict[str, int]:
+def skipped(flight: FlightNotes, monitor: Monitor) -> dict[str, int]:
     """Messages that were left out, by reason: refused for a value, or for their stamp.
 
     Several parts may refuse the same sample for its stamp; it counts once.
     """
     counts = Counter(
-        {f"{topic}: {name} out of range": n for (topic, name), n in run.rejected.counts.items()}
+        {f"{topic}: {name} out of range": n for (topic, name), n in flight.rejected.counts.items()}
     )
     for part, stage in monitor.stages.items():
         if part != "fusion":
@@ -177,14 +170,12 @@ def skipped(run: OfflineRun, monitor: Monitor) -> dict[str, int]:
 
 
 def _detector(
-    verdicts: list[Verdict], spans: list[Span], seconds: Callable[[int], float]
+    peak: Verdict | None, spans: list[Span], seconds: Callable[[int], float]
 ) -> DetectorAnalysis:
     """Alarms, seconds in each state, and the largest margin of one detector."""
     state_s = dict.fromkeys(State, 0.0)
     for span in spans:
         state_s[span.state] += span.seconds
-    told = [verdict for verdict in verdicts if verdict.state in JUDGED]
-    peak = max(told, key=lambda verdict: verdict.margin, default=None)
     return DetectorAnalysis(
         alarms=tuple(
             Interval(start_s=seconds(span.start_ns), end_s=seconds(span.end_ns))
@@ -203,12 +194,12 @@ def _detector(
 def _spoof(
     attack: Attack | None,
     source: Source | None,
-    run: OfflineRun,
+    flight: FlightNotes,
     seconds: Callable[[int], float],
 ) -> Spoof | None:
     if attack is None or source is None:
         return None
-    far = [metres for stamp_ns, metres in run.separations if stamp_ns >= attack.onset_ns]
+    far = [metres for stamp_ns, metres in flight.separations if stamp_ns >= attack.onset_ns]
     return Spoof(
         onset_s=seconds(attack.onset_ns),
         end_s=None if attack.end_ns is None else seconds(attack.end_ns),

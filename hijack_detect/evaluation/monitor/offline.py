@@ -19,14 +19,11 @@ from hijack_detect.streams.samples import FixSample, Sample, SatelliteSample, Ve
 
 
 @dataclass
-class OfflineRun:
-    """Everything that was said about one bag."""
+class FlightNotes:
+    """What is noted of the samples of one bag."""
 
     start_ns: int
     """Log time of the bag's first message; scenario times count from here."""
-    verdicts: dict[str, list[Verdict]] = field(default_factory=dict)
-    """Verdicts of each detector, in order of stamp."""
-    results: list[FusionResult] = field(default_factory=list)
     rejected: Rejected = field(default_factory=Rejected)
     separations: list[tuple[int, float]] = field(default_factory=list)
     """Stamp of each fix and metres between the true and the reported position."""
@@ -37,15 +34,24 @@ class OfflineRun:
         return self.separations[index - 1][1] if index else 0.0
 
 
+@dataclass
+class OfflineRun(FlightNotes):
+    """Everything that was said about one bag."""
+
+    verdicts: dict[str, list[Verdict]] = field(default_factory=dict)
+    """Verdicts of each detector, in order of stamp."""
+    results: list[FusionResult] = field(default_factory=list)
+
+
 def spoofed_samples(
     reader: BagReader,
     scenario: Scenario | None,
-    run: OfflineRun,
+    flight: FlightNotes,
     *,
     preset: str = "auto",
     truth: TruthTrack | None = None,
 ) -> Iterator[tuple[str, Sample]]:
-    """Samples of a bag with a scenario applied; fills `rejected` and `separations` of the run.
+    """Samples of a bag with a scenario applied; fills the notes.
 
     Separations are those of the scenario; without one, those from the true track, if it is given.
 
@@ -58,10 +64,10 @@ def spoofed_samples(
     if scenario is not None:
         scenario.check_within(reader.duration_s)
         spoofer = Spoofer(scenario, reader.start_ns)
-    for name, sample in read_samples(reader, topics, on_rejected=run.rejected.add):
+    for name, sample in read_samples(reader, topics, on_rejected=flight.rejected.add):
         if isinstance(sample, FixSample) and spoofer is not None:
             reported = spoofer.fix(sample)
-            run.separations.append((sample.stamp_ns, spoofer.offset_m))
+            flight.separations.append((sample.stamp_ns, spoofer.offset_m))
             yield name, reported
         elif isinstance(sample, VelocitySample) and spoofer is not None:
             yield name, spoofer.velocity(sample)
@@ -69,8 +75,27 @@ def spoofed_samples(
             yield name, spoofer.satellites(sample)
         else:
             if isinstance(sample, FixSample) and truth is not None and sample.has_fix:
-                run.separations.append((sample.stamp_ns, truth.separation_m(sample)))
+                flight.separations.append((sample.stamp_ns, truth.separation_m(sample)))
             yield name, sample
+
+
+def outputs_of(
+    samples: Iterable[tuple[str, Sample]],
+    monitor: Monitor,
+    *,
+    on_sample: Callable[[Sample], None] | None = None,
+) -> Iterator[tuple[str, Any]]:
+    """Part and output of everything that the parts of a monitor put out.
+
+    Args:
+        samples: Input name and sample, in order of arrival.
+        monitor: A fresh monitor.
+        on_sample: Called with every sample before it is pushed.
+    """
+    for name, sample in samples:
+        if on_sample is not None:
+            on_sample(sample)
+        yield from monitor.push(name, sample)
 
 
 def run_samples(
@@ -84,23 +109,20 @@ def run_samples(
     """Feed samples to a monitor and keep in `run` what its detectors and fusion say.
 
     Args:
-        samples: Input name and sample, in order of arrival.
+        samples: See `outputs_of`.
         monitor: A fresh monitor.
         run: Where to keep it; also returned.
-        on_sample: Called with every sample, for progress.
+        on_sample: See `outputs_of`.
         on_output: Called with part and output of everything that any part puts out.
     """
     run.verdicts = {name: [] for name in monitor.detectors}
-    for name, sample in samples:
-        if on_sample is not None:
-            on_sample(sample)
-        for part, output in monitor.push(name, sample):
-            if part in run.verdicts:
-                run.verdicts[part].append(output)
-            elif part == "fusion":
-                run.results.append(output)
-            if on_output is not None:
-                on_output(part, output)
+    for part, output in outputs_of(samples, monitor, on_sample=on_sample):
+        if part in run.verdicts:
+            run.verdicts[part].append(output)
+        elif part == "fusion":
+            run.results.append(output)
+        if on_output is not None:
+            on_output(part, output)
     return run
 
 
@@ -124,7 +146,7 @@ def run_offline(
         preset: Topic names, see `bags.topics`.
         truth: Where the vehicle was, for the separations of an attack that is in the bag.
         baselines: Further detectors to run, see `Monitor`.
-        on_sample: See `run_samples`.
+        on_sample: See `outputs_of`.
         on_output: See `run_samples`.
 
     Raises:

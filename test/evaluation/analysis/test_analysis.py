@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 import math
+from collections import defaultdict
 from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import jsonschema
 import pytest
@@ -18,9 +20,9 @@ from hijack_detect.bags.errors import BagError
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.detectors.fusion import FusionResult
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.evaluation.analysis.alarms import AlertSpan, Span, alert_spans, state_spans
+from hijack_detect.evaluation.analysis.account import MONITOR
+from hijack_detect.evaluation.analysis.alarms import AlertSpan, AlertSpans, Span, StateSpans
 from hijack_detect.evaluation.analysis.analyse import (
-    MONITOR,
     Analysed,
     analyse,
     first_hit,
@@ -40,10 +42,34 @@ REMAKE = (
 ATTACK = Attack(60 * SECOND, 90 * SECOND)
 
 
+Verdicts = dict[str, list[Verdict]]
+
+
 @pytest.fixture(scope="module")
-def spoofed() -> Analysed:
+def analysed() -> tuple[Analysed, Verdicts]:
+    verdicts: Verdicts = defaultdict(list)
+
+    def hear(part: str, output: Any) -> None:
+        if isinstance(output, Verdict):
+            verdicts[part].append(output)
+
     with BagReader(ROOT / "bags/curved_8") as reader:
-        return analyse(reader, policy_parameters("default"), load_scenario(SCENARIO))
+        scenario, parameters = load_scenario(SCENARIO), policy_parameters("default")
+        return analyse(reader, parameters, scenario, on_output=hear), verdicts
+
+
+@pytest.fixture(scope="module")
+def spoofed(analysed: tuple[Analysed, Verdicts]) -> Analysed:
+    return analysed[0]
+
+
+def state_spans(
+    verdicts: Sequence[Verdict], start_ns: int, end_ns: int, stale_ns: int
+) -> list[Span]:
+    spans = StateSpans(start_ns, stale_ns)
+    for one in verdicts:
+        spans.add(one)
+    return spans.finish(end_ns)
 
 
 def said(*states: tuple[float, State]) -> list[Verdict]:
@@ -86,7 +112,10 @@ def test_without_a_verdict_nothing_was_ready() -> None:
 
 def test_an_alert_lasts_until_it_is_taken_back_or_the_flight_ends() -> None:
     results = [result(at_s, alert=at_s in (2.0, 3.0, 7.0)) for at_s in (1.0, 2.0, 3.0, 5.0, 7.0)]
-    assert [(one.start_ns, one.end_ns, one.cause) for one in alert_spans(results, 9 * SECOND)] == [
+    spans = AlertSpans()
+    for one in results:
+        spans.add(one)
+    assert [(one.start_ns, one.end_ns, one.cause) for one in spans.finish(9 * SECOND)] == [
         (2 * SECOND, 5 * SECOND, "at 2"),
         (7 * SECOND, 9 * SECOND, "at 7"),
     ]
@@ -131,7 +160,7 @@ def test_a_spoofed_flight_is_detected(spoofed: Analysed) -> None:
     assert found.time_to_detect_s == pytest.approx(alert.start_s - 60.0)
     assert alert.end_s == found.duration_s
     assert set(alert.detectors) <= set(found.detectors)
-    assert found.deviation_at_alarm_m == spoofed.run.separation_at(spoofed.alerts[0].start_ns)
+    assert found.deviation_at_alarm_m == spoofed.flight.separation_at(spoofed.alerts[0].start_ns)
     assert found.spoof.largest_deviation_m is not None
     assert found.deviation_at_alarm_m is not None
     assert 0.0 < found.deviation_at_alarm_m <= found.spoof.largest_deviation_m
@@ -139,9 +168,12 @@ def test_a_spoofed_flight_is_detected(spoofed: Analysed) -> None:
     assert found.skipped == {}
 
 
-def test_states_cover_the_flight_and_alarms_are_those_of_the_verdicts(spoofed: Analysed) -> None:
+def test_states_cover_the_flight_and_alarms_are_those_of_the_verdicts(
+    analysed: tuple[Analysed, Verdicts],
+) -> None:
+    spoofed, said_by = analysed
     for name, detector in spoofed.analysis.detectors.items():
-        verdicts = spoofed.run.verdicts[name]
+        verdicts = said_by[name]
         whole = sum(detector.state_s.values())
         assert whole == pytest.approx(spoofed.analysis.duration_s, abs=0.1)
         in_alarm = sum(one.end_s - one.start_s for one in detector.alarms)

@@ -16,9 +16,10 @@ from small_bags import START_NS, flight, raw, write
 
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.evaluation.analysis.analyse import Analysed, analyse
+from hijack_detect.evaluation.analysis.report.curve import Curve
 from hijack_detect.evaluation.analysis.report.events import events
 from hijack_detect.evaluation.analysis.report.page import write_page
-from hijack_detect.evaluation.analysis.report.recording import Curve, Recorder, recording
+from hijack_detect.evaluation.analysis.report.recording import Recorder, recording
 from hijack_detect.evaluation.analysis.report.series import (
     cut_at,
     emptiest_direction,

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from hijack_detect.evaluation.analysis.analyse import Analysed
-from hijack_detect.evaluation.analysis.report.recording import Curve
+from hijack_detect.evaluation.analysis.report.curve import Curve
+from hijack_detect.evaluation.analysis.report.recording import Recording
 from hijack_detect.evaluation.analysis.report.style import (
     BLUE,
     GREY,
@@ -15,11 +16,10 @@ from hijack_detect.evaluation.analysis.report.style import (
     add_curve,
     over_time,
 )
+from hijack_detect.evaluation.analysis.report.trace import SCORE
 from hijack_detect.evaluation.analysis.report.verdict_curves import (
     add_limit_in_force,
     against_thresholds,
-    value_curve,
-    verdict_curve,
 )
 
 CHECKS = (
@@ -37,21 +37,19 @@ CHECKS = (
 """Checks of `gnss`, in the order of the legend."""
 
 
-def coast_panel(done: Analysed) -> Panel:
+def coast_panel(done: Analysed, recorded: Recording) -> Panel:
     """Offset acceleration of the GPS in its standard deviations, and the limit in force."""
     figure = over_time(done.analysis.duration_s, 220)
-    verdicts = done.run.verdicts.get("coast", [])
-    score = verdict_curve(done, verdicts, lambda verdict: verdict.score)
-    add_curve(figure, score, "offset acceleration", BLUE, " σ")
-    add_limit_in_force(figure, done, "coast", " σ")
+    add_curve(figure, recorded.said("coast", SCORE), "offset acceleration", BLUE, " σ")
+    add_limit_in_force(figure, recorded, "coast", " σ")
     figure.update_yaxes(rangemode="tozero")
     note = "Has the GPS accelerated, since any onset, in a way that the IMU did not feel?"
     return Panel("coast", "Inertial consistency: offset acceleration (σ)", note, figure)
 
 
-def checks_panel(done: Analysed) -> Panel:
+def checks_panel(done: Analysed, recorded: Recording) -> Panel:
     """Margin of every check of the GPS against itself."""
-    curves = {name: value_curve(done, "gnss", name) for name in CHECKS}
+    curves = {name: recorded.said("gnss", name) for name in CHECKS}
     figure, logarithmic = against_thresholds(done, curves, 240)
     title = "GPS against itself: each check over its limit" + logarithmic
     note = (
@@ -60,10 +58,10 @@ def checks_panel(done: Analysed) -> Panel:
     return Panel("checks", title, note, figure)
 
 
-def altitude_panel(done: Analysed) -> Panel:
+def altitude_panel(done: Analysed, recorded: Recording) -> Panel:
     """Margins of the two checks of the height."""
     curves = {
-        name: value_curve(done, "altitude", f"{name}_margin") for name in ("barometer", "inertial")
+        name: recorded.said("altitude", f"{name}_margin") for name in ("barometer", "inertial")
     }
     figure, logarithmic = against_thresholds(done, curves, 220)
     title = "GPS height: difference over its limit" + logarithmic
@@ -71,7 +69,7 @@ def altitude_panel(done: Analysed) -> Panel:
     return Panel("altitude", title, note, figure)
 
 
-def heading_panel(done: Analysed) -> Panel:
+def heading_panel(done: Analysed, recorded: Recording) -> Panel:
     """Headings of estimator, compass and gyroscope against each other."""
     figure = over_time(done.analysis.duration_s, 220)
     for key, name, colour in (
@@ -79,19 +77,19 @@ def heading_panel(done: Analysed) -> Panel:
         ("turned", "estimator has turned away by", ORANGE),
         ("compass_gyro", "compass has turned away from gyro by", TEAL),
     ):
-        curve = value_curve(done, "heading", key)
+        curve = recorded.said("heading", key)
         add_curve(figure, Curve(curve.time_s, np.degrees(curve.value)), name, colour, "°")
     figure.update_yaxes(ticksuffix="°")
     note = "Does the heading that follows the GPS turn away from compass and gyroscope?"
     return Panel("heading", "Heading: estimator against compass and gyroscope (°)", note, figure)
 
 
-def drag_panel(done: Analysed) -> Panel:
+def drag_panel(done: Analysed, recorded: Recording) -> Panel:
     """Change of wind that the GPS needs, and the limit in force."""
     figure = over_time(done.analysis.duration_s, 220)
-    add_curve(figure, value_curve(done, "drag", "wind_speed"), "wind before", GREY, " m/s")
-    add_curve(figure, value_curve(done, "drag", "wind_change"), "change of wind", BLUE, " m/s")
-    add_limit_in_force(figure, done, "drag", " m/s")
+    add_curve(figure, recorded.said("drag", "wind_speed"), "wind before", GREY, " m/s")
+    add_curve(figure, recorded.said("drag", "wind_change"), "change of wind", BLUE, " m/s")
+    add_limit_in_force(figure, recorded, "drag", " m/s")
     figure.update_yaxes(rangemode="tozero")
     note = "Would the air have to change as no weather does, for the GPS velocity to be true?"
     return Panel("drag", "Drag: the wind that the GPS needs (m/s)", note, figure)

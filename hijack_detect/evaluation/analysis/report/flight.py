@@ -7,9 +7,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from hijack_detect.detectors.verdict import State
+from hijack_detect.evaluation.analysis.account import MONITOR
 from hijack_detect.evaluation.analysis.alarms import Span
-from hijack_detect.evaluation.analysis.analyse import MONITOR, Analysed
-from hijack_detect.evaluation.analysis.report.recording import Array, Curve, Recording, Track
+from hijack_detect.evaluation.analysis.analyse import Analysed
+from hijack_detect.evaluation.analysis.report.curve import Array, Curve
+from hijack_detect.evaluation.analysis.report.recording import Recording, Track
 from hijack_detect.evaluation.analysis.report.style import (
     ALERT,
     ATTACK,
@@ -177,7 +179,7 @@ def alert_bands(done: Analysed) -> list[tuple[float, float]]:
 
 def deviation_panel(done: Analysed) -> Panel | None:
     """Distance between reported and true position, where that is known."""
-    pairs = done.run.separations
+    pairs = done.flight.separations
     if not pairs:
         return None
     figure = over_time(done.analysis.duration_s, 200)

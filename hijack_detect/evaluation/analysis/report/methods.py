@@ -6,7 +6,8 @@ import numpy as np
 
 from hijack_detect.detectors.kld_parameters import NAMES
 from hijack_detect.evaluation.analysis.analyse import Analysed
-from hijack_detect.evaluation.analysis.report.recording import Curve, Recording
+from hijack_detect.evaluation.analysis.report.curve import Curve
+from hijack_detect.evaluation.analysis.report.recording import Recording
 from hijack_detect.evaluation.analysis.report.series import cut_at, emptiest_direction
 from hijack_detect.evaluation.analysis.report.style import (
     BLUE,
@@ -19,33 +20,29 @@ from hijack_detect.evaluation.analysis.report.style import (
     add_limit,
     over_time,
 )
+from hijack_detect.evaluation.analysis.report.trace import MARGIN
 from hijack_detect.evaluation.analysis.report.verdict_curves import (
     add_limit_in_force,
     against_thresholds,
-    value_curve,
-    verdict_curve,
 )
 
 
-def margins_panel(done: Analysed) -> Panel:
+def margins_panel(done: Analysed, recorded: Recording) -> Panel:
     """Score over threshold of every detector."""
-    curves = {
-        name: verdict_curve(done, verdicts, lambda verdict: verdict.margin)
-        for name, verdicts in done.run.verdicts.items()
-    }
+    curves = {name: recorded.said(name, MARGIN) for name in done.analysis.detectors}
     figure, logarithmic = against_thresholds(done, curves, 270)
     title = "Margins: score over threshold" + logarithmic
     note = "Above 1 a detector calls the GPS spoofed. Gaps are times in which it cannot tell."
     return Panel("margins", title, note, figure)
 
 
-def statistics_panel(done: Analysed) -> Panel:
+def statistics_panel(done: Analysed, recorded: Recording) -> Panel:
     """Divergence of each parameter of the GPS, over its threshold."""
     kld = done.parameters.kld
     curves = {}
     for name in NAMES:
         forward, backward = (
-            value_curve(done, "kld", f"{name}.{way}") for way in ("forward", "backward")
+            recorded.said("kld", f"{name}.{way}") for way in ("forward", "backward")
         )
         total = (forward.value + backward.value) / kld.threshold(name)
         curves[name] = Curve(forward.time_s, total)
@@ -72,10 +69,10 @@ def angles_panel(done: Analysed, recorded: Recording) -> Panel:
     return Panel("angles", "Yaw against course (°)", note, figure)
 
 
-def rho_panel(done: Analysed) -> Panel:
+def rho_panel(done: Analysed, recorded: Recording) -> Panel:
     """Correlation of yaw and course."""
     figure = over_time(done.analysis.duration_s, 220)
-    curve = value_curve(done, "correlation", "coefficient")
+    curve = recorded.said("correlation", "coefficient")
     add_curve(figure, curve, "ρ", BLUE, "")
     add_limit(figure, done.parameters.correlation.epsilon, "ε: turn together above", below=True)
     figure.update_yaxes(range=[-1.08, 1.08], tickvals=[-1, -0.5, 0, 0.5, 1])
@@ -84,12 +81,10 @@ def rho_panel(done: Analysed) -> Panel:
     return Panel("rho", "Correlation ρ of yaw and course", note, figure)
 
 
-def difference_panel(done: Analysed) -> Panel:
+def difference_panel(done: Analysed, recorded: Recording) -> Panel:
     """Difference of the mean directions, with and without the crab angle."""
     figure = over_time(done.analysis.duration_s)
-    mean, crab = (
-        value_curve(done, "correlation", key) for key in ("mean_difference", "crab_angle")
-    )
+    mean, crab = (recorded.said("correlation", key) for key in ("mean_difference", "crab_angle"))
     raw = Curve(mean.time_s, np.degrees(mean.value))
     judged = Curve(mean.time_s, (np.degrees(mean.value - crab.value) + 180.0) % 360.0 - 180.0)
     add_curve(figure, raw, "course − yaw", GREY, "°", width=1.2)
@@ -104,14 +99,14 @@ def difference_panel(done: Analysed) -> Panel:
     return Panel("difference", "Δavg: mean course minus mean yaw (°)", note, figure)
 
 
-def acceleration_panel(done: Analysed) -> Panel:
+def acceleration_panel(done: Analysed, recorded: Recording) -> Panel:
     """Difference of acceleration, GPS minus accelerometer."""
     figure = over_time(done.analysis.duration_s)
-    ax, ay = (value_curve(done, "date", key) for key in ("delta_ax", "delta_ay"))
+    ax, ay = (recorded.said("date", key) for key in ("delta_ax", "delta_ay"))
     add_curve(figure, ax, "Δax (forward)", ORANGE, " m/s²", width=1.1)
     add_curve(figure, ay, "Δay (left)", TEAL, " m/s²", width=1.1)
     size = Curve(ax.time_s, np.hypot(ax.value, ay.value))
     add_curve(figure, size, "Δa (horizontal)", INK, " m/s²", width=1.9)
-    add_limit_in_force(figure, done, "date", " m/s²")
+    add_limit_in_force(figure, recorded, "date", " m/s²")
     note = "Does the acceleration of the GPS agree with what the accelerometer feels?"
     return Panel("acceleration", "Δa: GPS minus accelerometer (m/s²)", note, figure)

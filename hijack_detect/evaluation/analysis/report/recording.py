@@ -1,20 +1,23 @@
-"""What the figures show beyond the verdicts: angles, tracks and what the receiver said."""
+"""What the figures show: figures of the verdicts, angles, tracks and what the receiver said."""
 
 from __future__ import annotations
 
 import math
 from array import array
-from collections.abc import Sequence
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pymap3d
 
 from hijack_detect.bags.reader import BagReader
+from hijack_detect.detectors.verdict import Verdict
 from hijack_detect.estimation.course import gps_angle
 from hijack_detect.estimation.rotation import heading
+from hijack_detect.evaluation.analysis.report.curve import Array, Curve
+from hijack_detect.evaluation.analysis.report.trace import Trace
 from hijack_detect.evaluation.ground_truth.truth import truth_track, valid_fixes
 from hijack_detect.streams.samples import (
     NANOSECONDS,
@@ -26,8 +29,6 @@ from hijack_detect.streams.samples import (
     VelocitySample,
 )
 
-Array: TypeAlias = npt.NDArray[np.float64]
-
 
 @dataclass(frozen=True)
 class Track:
@@ -36,14 +37,6 @@ class Track:
     time_s: Array
     east_m: Array
     north_m: Array
-
-
-@dataclass(frozen=True)
-class Curve:
-    """One quantity over time: seconds from the bag's first message, NaN where it is unknown."""
-
-    time_s: Array
-    value: Array
 
 
 @dataclass(frozen=True)
@@ -60,6 +53,8 @@ class Recording:
         no_fix: Times of messages that say that there is no fix, s.
         sigma: Reported horizontal standard deviation, m; empty if the receiver gives none.
         satellites: Number of satellites; empty if the bag has none.
+        traces: Numbers of the verdicts of each detector.
+        start_ns: Log time of the bag's first message.
     """
 
     reported: Track
@@ -71,6 +66,13 @@ class Recording:
     no_fix: Array
     sigma: Curve
     satellites: Curve
+    traces: Mapping[str, Trace]
+    start_ns: int
+
+    def said(self, detector: str, name: str) -> Curve:
+        """A number of a detector's verdicts, NaN where it could not tell; see `Trace`."""
+        trace = self.traces.get(detector, Trace())
+        return trace.curve(name, self.start_ns)
 
 
 class Recorder:
@@ -84,6 +86,7 @@ class Recorder:
         self.speed_stamps = array("q")
         self.angles = array("d")
         """Yaw and course in turn."""
+        self.traces: dict[str, Trace] = defaultdict(Trace)
         self.angle_stamps = array("q")
         self._yaw = math.nan
 
@@ -98,8 +101,10 @@ class Recorder:
             self.speeds.append(math.hypot(*sample.velocity[:2]))
 
     def hear(self, part: str, output: Any) -> None:
-        """Keep the yaw at each course: both are drawn at the rate of the fixes."""
-        if isinstance(output, AttitudeSample):
+        """Keep the numbers of verdicts, and the yaw at each course: drawn at the rate of fixes."""
+        if isinstance(output, Verdict):
+            self.traces[part].add(output)
+        elif isinstance(output, AttitudeSample):
             turn = output.orientation
             self._yaw = math.nan if turn is None else _bearing(heading(turn))
         elif isinstance(output, CourseSample):
@@ -140,6 +145,8 @@ def recording(reader: BagReader, recorder: Recorder, *, injected: bool) -> Recor
         no_fix=_seconds([fix.stamp_ns for fix in recorder.fixes if not fix.has_fix], start_ns),
         sigma=_curve([(f.stamp_ns, f.accuracy_m) for f in reported if f.accuracy_m], start_ns),
         satellites=_curve([(one.stamp_ns, one.count) for one in recorder.satellites], start_ns),
+        traces=dict(recorder.traces),
+        start_ns=start_ns,
     )
 
 

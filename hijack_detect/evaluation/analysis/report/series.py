@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hijack_detect.evaluation.analysis.report.recording import Array, Curve
+from hijack_detect.evaluation.analysis.report.curve import Array, Curve
 
 MOST_POINTS = 3000
 """Points of a curve: more than a screen has pixels."""

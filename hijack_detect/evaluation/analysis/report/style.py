@@ -11,7 +11,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from hijack_detect.detectors.verdict import State
-from hijack_detect.evaluation.analysis.report.recording import Curve
+from hijack_detect.evaluation.analysis.report.curve import Curve
 from hijack_detect.evaluation.analysis.report.series import lonely, thinned
 
 STATE_COLOURS = {

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from itertools import cycle
 from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
 
-from hijack_detect.detectors.verdict import Verdict
-from hijack_detect.evaluation.analysis.alarms import JUDGED
 from hijack_detect.evaluation.analysis.analyse import Analysed
-from hijack_detect.evaluation.analysis.report.recording import Curve
+from hijack_detect.evaluation.analysis.report.curve import Curve
+from hijack_detect.evaluation.analysis.report.recording import Recording
 from hijack_detect.evaluation.analysis.report.style import (
     ALERT,
     DETECTOR_COLOURS,
@@ -21,6 +20,7 @@ from hijack_detect.evaluation.analysis.report.style import (
     add_limit,
     over_time,
 )
+from hijack_detect.evaluation.analysis.report.trace import THRESHOLD
 
 MOST_LINEAR = 4.0
 """Larger margins are drawn on a logarithmic axis, so that 1 stays visible."""
@@ -49,26 +49,7 @@ def against_thresholds(
     return figure, ", logarithmic" if logarithmic else ""
 
 
-def value_curve(done: Analysed, detector: str, key: str) -> Curve:
-    """A figure of a detector's verdicts over time."""
-    verdicts = done.run.verdicts.get(detector, [])
-    return verdict_curve(done, verdicts, lambda verdict: verdict.values.get(key, math.nan))
-
-
-def verdict_curve(
-    done: Analysed, verdicts: Sequence[Verdict], value: Callable[[Verdict], float]
-) -> Curve:
-    """A number of each verdict over time, NaN where the detector could not tell."""
-    return Curve(
-        np.array([done.seconds(verdict.stamp_ns) for verdict in verdicts]),
-        np.array(
-            [value(one) if one.state in JUDGED else math.nan for one in verdicts], dtype=float
-        ),
-    )
-
-
-def add_limit_in_force(figure: Any, done: Analysed, detector: str, unit: str) -> None:
+def add_limit_in_force(figure: Any, recorded: Recording, detector: str, unit: str) -> None:
     """Draw the threshold of each verdict: it follows noise and weather."""
-    verdicts = done.run.verdicts.get(detector, [])
-    curve = verdict_curve(done, verdicts, lambda verdict: verdict.threshold)
+    curve = recorded.said(detector, THRESHOLD)
     add_curve(figure, curve, "limit", ALERT, unit, **LIMIT_LINE)
