@@ -58,7 +58,7 @@ def heard_by_each(folder: Path) -> dict[str, Heard]:
         stage.component.update = listening(name, stage.component.update)  # type: ignore[method-assign]
     with BagReader(load_bag(folder, SECONDS, IMU_HZ, GPS_HZ)) as reader:
         for name, sample in read_samples(reader, reader.inputs(), on_rejected=Rejected().add):
-            monitor.push(name, sample)
+            monitor.push(name, [sample])
     return heard
 
 

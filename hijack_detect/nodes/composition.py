@@ -60,9 +60,7 @@ class Composition:
     def hand_over(self, topic: str, outputs: Sequence[Any], passed_ns: int) -> None:
         """See Wiring."""
         for hearer, name in self._offered[topic]:
-            for output in outputs:
-                hearer.take(name, output, 0)
-            hearer.advance(name, passed_ns)
+            hearer.take_over(name, outputs, passed_ns)
 
     def connect(self, timed: Node) -> None:
         """Subscribe to what the nodes hear from outside, once all of them are made.

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, Generic, TypeVar
 
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -127,25 +128,31 @@ class StageNode(Node, Generic[P]):
         self._reject(name, lambda: f"message{_stamped(given, heard)}", why)
         return None
 
-    def take(self, name: str, sample: Any, published_ns: int) -> None:
-        """Take what a message of an input was converted to, or another node's output."""
+    def take(self, name: str, converted: Any, published_ns: int) -> None:
+        """Take what a message of an input was converted to."""
         self._received[name] += 1
         outputs: list[Any] = []
-        try:
-            for source, one in self.samples(name, sample, published_ns):
+        with self._outliving(name, lambda: repr(converted)):
+            for source, one in self.samples(name, converted, published_ns):
                 outputs += self.stage.push(source, one)
-        except Exception as error:  # a safety monitor outlives its own mistakes, and says so
-            self._reject(name, lambda: repr(sample), f"internal error: {error!r}")
         self._give(outputs)
 
-    def advance(self, name: str, stamp_ns: int) -> None:
-        """Take it that an input brings nothing up to a stamp."""
-        outputs: list[Any] = []
+    def take_over(self, name: str, outputs: Sequence[Any], passed_ns: int) -> None:
+        """Take another node's outputs as an input, which brings nothing more up to a stamp."""
+        self._received[name] += len(outputs)
+        own: list[Any] = []
+        with self._outliving(name, lambda: f"{len(outputs)} samples up to {passed_ns} ns"):
+            own += self.stage.push_all(name, outputs)
+            own += self.stage.advance(name, passed_ns)
+        self._give(own)
+
+    @contextlib.contextmanager
+    def _outliving(self, name: str, what: Callable[[], str]) -> Iterator[None]:
+        """A safety monitor outlives its own mistakes, and says so."""
         try:
-            outputs = self.stage.advance(name, stamp_ns)
+            yield
         except Exception as error:
-            self._reject(name, lambda: f"up to {stamp_ns} ns", f"internal error: {error!r}")
-        self._give(outputs)
+            self._reject(name, what, f"internal error: {error!r}")
 
     def _give(self, outputs: Sequence[Any]) -> None:
         """Publish outputs, and give them to the nodes that hear this one directly."""

@@ -53,11 +53,11 @@ class Hearer(Protocol):
     def node(self) -> Node:
         """The node itself."""
 
-    def take(self, name: str, sample: Any, published_ns: int) -> None:
-        """Take what a message of an input was converted to, or another node's output."""
+    def take(self, name: str, converted: Any, published_ns: int) -> None:
+        """Take what a message of an input was converted to."""
 
-    def advance(self, name: str, stamp_ns: int) -> None:
-        """Take it that an input brings nothing up to a stamp."""
+    def take_over(self, name: str, outputs: Sequence[Any], passed_ns: int) -> None:
+        """Take another node's outputs as an input, which brings nothing more up to a stamp."""
 
     def read(self, name: str, given: Input, heard: Any) -> Any:
         """What a message was converted to; None if it cannot be used, which has been told then."""

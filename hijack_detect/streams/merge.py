@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import heapq
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar
 
@@ -112,6 +112,32 @@ class StreamMerge(Generic[S]):
         else:
             heapq.heappush(self._waiting, (stamp, source.index, name, sample))
         return self._released(self._certain_until(source, stamp))
+
+    def push_run(self, name: str, samples: Sequence[S]) -> tuple[int, list[tuple[str, S]]]:
+        """Take samples of one input that follow on it and on each other, for the price of one.
+
+        Returns:
+            How many of the first samples were taken, and what became certain. The next one, if
+            any is left, must be given to `push`, which knows what to do with its stamp.
+        """
+        self.restarted = self.out_of_order = False
+        source = self._inputs[name]
+        latest_ns, doubted = source.latest_ns, source.doubted_ns is not None
+        if latest_ns is None or doubted:
+            return 0, []
+        taken, earliest_ns = 0, max(self._released_ns or 0, (source.joins_at_ns or 0) - 1)
+        for sample in samples:
+            stamp_ns = sample.stamp_ns
+            if not 0 < stamp_ns - latest_ns <= self._silence_ns or stamp_ns <= earliest_ns:
+                break
+            heapq.heappush(self._waiting, (stamp_ns, source.index, name, sample))
+            latest_ns = stamp_ns
+            taken += 1
+        if not taken:
+            return 0, []
+        source.latest_ns = latest_ns
+        self._newest_ns = max(self._newest_ns, latest_ns)
+        return taken, self._released(self._certain_until(source, latest_ns))
 
     def advance(self, name: str, stamp_ns: int) -> list[tuple[str, S]]:
         """Take it that no sample of an input will come with a stamp up to this one.

@@ -1,5 +1,6 @@
 """The released order depends on stamps alone, whatever arrives when."""
 
+import itertools
 from dataclasses import dataclass
 from typing import Any
 
@@ -207,6 +208,40 @@ def test_the_slowest_input_is_known_as_if_it_were_found_anew(
         stamp = Stamp(clocks[name] * MS)
         assert usual.push(name, stamp) == plain.push(name, stamp)
         assert usual.refused == plain.refused
+
+
+@settings(deadline=None, max_examples=400)
+@given(st.data())
+def test_runs_of_samples_are_taken_as_one_by_one(data: st.DataObject) -> None:
+    """Whatever arrives within the skew, with gaps, repeated stamps and jumps among it."""
+    recording = data.draw(recordings(max_gap_ms=6000))
+    sent = data.draw(interleavings(recording))
+    for at in data.draw(st.lists(st.integers(0, max(0, len(sent) - 1)), max_size=3)):
+        name, ms = sent[at] if sent else ("a", 0)
+        sent.insert(at, (name, max(0, ms + data.draw(st.integers(-20_000, 5_000)))))
+    single, together = merge_of(*NAMES), merge_of(*NAMES)
+    for name, group in itertools.groupby(sent, key=lambda one: one[0]):
+        run = [Stamp(ms * MS) for _, ms in group]
+        expected = [one for stamp in run for one in single.push(name, stamp)]
+        released = []
+        while run:
+            taken, ready = together.push_run(name, run)
+            released += ready or ([] if taken else together.push(name, run[0]))
+            run = run[max(taken, 1) :]
+        assert released == expected
+        assert together.certain_ns == single.certain_ns
+        assert together.refused == single.refused
+
+
+def test_a_run_ends_before_a_stamp_that_does_not_follow() -> None:
+    merge = merge_of("a")
+    run = [Stamp(ms * MS) for ms in (10, 20, 30, 25, 40)]
+    assert merge.push_run("a", run) == (0, [])  # the first of an input is not simple
+    merge.push("a", run[0])
+    assert merge.push_run("a", run[1:]) == (2, [("a", run[1]), ("a", run[2])])
+    assert merge.push_run("a", run[3:]) == (0, [])
+    assert merge.push("a", run[3]) == []
+    assert merge.push_run("a", run[4:]) == (1, [("a", run[4])])
 
 
 def test_equal_stamps_go_in_the_order_of_the_names() -> None:

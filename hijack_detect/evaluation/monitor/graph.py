@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict, deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
@@ -93,14 +93,18 @@ class Monitor:
             for source in stage.component.inputs:
                 self._hearers[source].append((part, stage))
 
-    def push(self, name: str, sample: Any) -> list[tuple[str, Any]]:
-        """Take one input sample; return (part, output) of everything that followed from it."""
+    def push(self, name: str, samples: Sequence[Any]) -> list[tuple[str, Any]]:
+        """Take successive samples of one input; return (part, output) of all that followed.
+
+        What a part puts out is in order. Many samples at a time cost less than one by one, and
+        lead to the same outputs.
+        """
         outputs: list[tuple[str, Any]] = []
-        waiting = deque([(name, sample)])
+        waiting: deque[tuple[str, Sequence[Any]]] = deque([(name, samples)])
         while waiting:
-            source, one = waiting.popleft()
+            source, some = waiting.popleft()
             for part, stage in self._hearers[source]:
-                for output in stage.push(source, one):
-                    outputs.append((part, output))
-                    waiting.append((part, output))
+                if found := stage.push_all(source, some):
+                    outputs += [(part, output) for output in found]
+                    waiting.append((part, found))
         return outputs

@@ -15,7 +15,16 @@ from hijack_detect.evaluation.ground_truth.truth import TruthTrack
 from hijack_detect.evaluation.monitor.graph import Baselines, Monitor, MonitorParameters
 from hijack_detect.spoofing.scenario import Scenario
 from hijack_detect.spoofing.spoofer import Spoofer
-from hijack_detect.streams.samples import FixSample, Sample, SatelliteSample, VelocitySample
+from hijack_detect.streams.samples import (
+    NANOSECONDS,
+    FixSample,
+    Sample,
+    SatelliteSample,
+    VelocitySample,
+)
+
+LONGEST_RUN_NS = NANOSECONDS // 2
+"""What a monitor is given at once of an input: far less than any other is waited for."""
 
 
 @dataclass
@@ -92,10 +101,25 @@ def outputs_of(
         monitor: A fresh monitor.
         on_sample: Called with every sample before it is pushed.
     """
-    for name, sample in samples:
+    for name, some in runs_of(samples):
         if on_sample is not None:
-            on_sample(sample)
-        yield from monitor.push(name, sample)
+            for sample in some:
+                on_sample(sample)
+        yield from monitor.push(name, some)
+
+
+def runs_of(samples: Iterable[tuple[str, Sample]]) -> Iterator[tuple[str, list[Sample]]]:
+    """Successive samples of one input together, over less than LONGEST_RUN_NS."""
+    run: list[Sample] = []
+    of = ""
+    for name, sample in samples:
+        if run and (name != of or not 0 < sample.stamp_ns - run[0].stamp_ns < LONGEST_RUN_NS):
+            yield of, run
+            run = []
+        of = name
+        run.append(sample)
+    if run:
+        yield of, run
 
 
 def run_samples(

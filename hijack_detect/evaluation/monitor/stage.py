@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol, runtime_checkable
 
 from hijack_detect.streams.merge import StreamMerge
@@ -97,6 +97,25 @@ class Stage:
         elif isinstance(self.component, HearsRefused):
             self.component.refused(name, sample, self._last[name])
         return self._outputs(ready)
+
+    def push_all(self, name: str, samples: Sequence[Any]) -> list[Any]:
+        """Take successive samples of an input; return the outputs that became certain, in order.
+
+        It says what `push` says with one after the other, but for samples that come later than
+        their input is waited for.
+        """
+        outputs: list[Any] = []
+        at = 0
+        while at < len(samples):
+            taken, ready = self._merge.push_run(name, samples[at:])
+            if taken:
+                at += taken
+                self._last[name] = samples[at - 1]
+                outputs += self._outputs(ready)
+            else:
+                outputs += self.push(name, samples[at])
+                at += 1
+        return outputs
 
     def advance(self, name: str, stamp_ns: int) -> list[Any]:
         """Take it that an input brings nothing up to a stamp; see `StreamMerge.advance`."""

@@ -101,7 +101,7 @@ def run_forked(
             onset.add(name, sample)
         while followed and followed[0].over:
             yield from followed.pop(0).runs()
-        for part, output in monitor.push(name, sample):
+        for part, output in monitor.push(name, [sample]):
             if on_clean is not None:
                 on_clean(part, output)
     for onset in followed:

@@ -23,7 +23,7 @@ def run(sent: Sent) -> tuple[dict[str, list[Any]], Monitor]:
     monitor = Monitor(MonitorParameters())
     outputs: dict[str, list[Any]] = {name: [] for name in monitor.stages}
     for name, sample in sent:
-        for part, output in monitor.push(name, sample):
+        for part, output in monitor.push(name, [sample]):
             outputs[part].append(output)
     return outputs, monitor
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from array import array
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -16,11 +15,10 @@ from hijack_detect.bags.reader import BagReader
 from hijack_detect.detectors.verdict import Verdict
 from hijack_detect.estimation.course import gps_angle
 from hijack_detect.estimation.rotation import heading
-from hijack_detect.evaluation.analysis.report.curve import Array, Curve
+from hijack_detect.evaluation.analysis.report.curve import Array, Curve, Rows
 from hijack_detect.evaluation.analysis.report.trace import Trace
 from hijack_detect.evaluation.ground_truth.truth import truth_track, valid_fixes
 from hijack_detect.streams.samples import (
-    NANOSECONDS,
     AttitudeSample,
     CourseSample,
     FixSample,
@@ -80,25 +78,24 @@ class Recorder:
 
     def __init__(self) -> None:
         """Start empty."""
-        self.fixes: list[FixSample] = []
-        self.satellites: list[SatelliteSample] = []
-        self.speeds = array("d")
-        self.speed_stamps = array("q")
-        self.angles = array("d")
-        """Yaw and course in turn."""
+        self.fixes = Rows(5)
+        """Latitude and longitude (°), altitude (m), whether it is a fix, and accuracy (m)."""
+        self.satellites = Rows(1)
+        self.speeds = Rows(1)
+        self.angles = Rows(2)
+        """Yaw and course."""
         self.traces: dict[str, Trace] = defaultdict(Trace)
-        self.angle_stamps = array("q")
         self._yaw = math.nan
 
     def take(self, sample: Sample) -> None:
         """Keep what the GPS reports."""
         if isinstance(sample, FixSample):
-            self.fixes.append(sample)
+            place = (sample.latitude_deg, sample.longitude_deg, sample.altitude_m)
+            self.fixes.add(sample.stamp_ns, *place, sample.has_fix, sample.accuracy_m or 0.0)
         elif isinstance(sample, SatelliteSample):
-            self.satellites.append(sample)
+            self.satellites.add(sample.stamp_ns, sample.count)
         elif isinstance(sample, VelocitySample):
-            self.speed_stamps.append(sample.stamp_ns)
-            self.speeds.append(math.hypot(*sample.velocity[:2]))
+            self.speeds.add(sample.stamp_ns, math.hypot(*sample.velocity[:2]))
 
     def hear(self, part: str, output: Any) -> None:
         """Keep the numbers of verdicts, and the yaw at each course: drawn at the rate of fixes."""
@@ -109,8 +106,7 @@ class Recorder:
             self._yaw = math.nan if turn is None else _bearing(heading(turn))
         elif isinstance(output, CourseSample):
             course = math.degrees(gps_angle(output)) if output.observable else math.nan
-            self.angle_stamps.append(output.stamp_ns)
-            self.angles.extend((self._yaw, course))
+            self.angles.add(output.stamp_ns, self._yaw, course)
 
 
 def recording(reader: BagReader, recorder: Recorder, *, injected: bool) -> Recording:
@@ -125,52 +121,41 @@ def recording(reader: BagReader, recorder: Recorder, *, injected: bool) -> Recor
         BagError: The bag is damaged.
     """
     start_ns = reader.start_ns
-    reported = [fix for fix in recorder.fixes if fix.has_fix]
     if injected:
         truth: Sequence[FixSample] = valid_fixes(reader, reader.inputs().fix)
     else:
         known = truth_track(reader)
         truth = () if known is None else known.fixes
-    origin = (*truth, *reported)[:1]
-    stamps = [fix.stamp_ns for fix in recorder.fixes]
-    angle_s = _seconds(recorder.angle_stamps, start_ns)
-    angles = np.array(recorder.angles).reshape(-1, 2)
+    flown = Rows(3)
+    for fix in truth:
+        flown.add(fix.stamp_ns, fix.latitude_deg, fix.longitude_deg, fix.altitude_m)
+    time_s, fixes = recorder.fixes.table(start_ns)
+    valid, accuracy_m = fixes[:, 3] > 0.0, fixes[:, 4]
+    told = valid & (accuracy_m > 0.0)
+    true_s, true = flown.table(start_ns)
+    origin = (*true, *fixes[valid, :3])[:1]
+    yaw, course = recorder.angles.curves(start_ns)
     return Recording(
-        reported=_track(reported, origin, start_ns),
-        true=_track(truth, origin, start_ns) if truth else None,
-        yaw=Curve(angle_s, angles[:, 0]),
-        course=Curve(angle_s, angles[:, 1]),
-        speed=Curve(_seconds(recorder.speed_stamps, start_ns), np.array(recorder.speeds)),
-        interval=Curve(_seconds(stamps[1:], start_ns), np.diff(_seconds(stamps, start_ns))),
-        no_fix=_seconds([fix.stamp_ns for fix in recorder.fixes if not fix.has_fix], start_ns),
-        sigma=_curve([(f.stamp_ns, f.accuracy_m) for f in reported if f.accuracy_m], start_ns),
-        satellites=_curve([(one.stamp_ns, one.count) for one in recorder.satellites], start_ns),
+        reported=_track(time_s[valid], fixes[valid, :3], origin),
+        true=_track(true_s, true, origin) if truth else None,
+        yaw=yaw,
+        course=course,
+        speed=recorder.speeds.curves(start_ns)[0],
+        interval=Curve(time_s[1:], np.diff(time_s)),
+        no_fix=time_s[~valid],
+        sigma=Curve(time_s[told], accuracy_m[told]),
+        satellites=recorder.satellites.curves(start_ns)[0],
         traces=dict(recorder.traces),
         start_ns=start_ns,
     )
 
 
-def _track(fixes: Sequence[FixSample], origin: Sequence[FixSample], start_ns: int) -> Track:
-    """Fixes as metres East and North of the origin, which is empty if there are no fixes."""
-    places = np.array([(f.latitude_deg, f.longitude_deg, f.altitude_m) for f in fixes])
-    time_s = _seconds([fix.stamp_ns for fix in fixes], start_ns)
-    if not len(fixes):
+def _track(time_s: Array, places: Array, origin: Sequence[Array]) -> Track:
+    """Places as metres East and North of the origin, which is empty if there are none."""
+    if not len(places):
         return Track(time_s, np.array([]), np.array([]))
-    first = origin[0]
-    east, north, _ = pymap3d.geodetic2enu(
-        *places.T, first.latitude_deg, first.longitude_deg, first.altitude_m
-    )
+    east, north, _ = pymap3d.geodetic2enu(*places.T, *origin[0])
     return Track(time_s, np.asarray(east), np.asarray(north))
-
-
-def _curve(pairs: Sequence[tuple[int, float]], start_ns: int) -> Curve:
-    stamps = [stamp_ns for stamp_ns, _ in pairs]
-    return Curve(_seconds(stamps, start_ns), np.array([value for _, value in pairs], dtype=float))
-
-
-def _seconds(stamps: Sequence[int], start_ns: int) -> Array:
-    seconds: Array = (np.array(stamps, dtype=np.int64) - start_ns) / NANOSECONDS
-    return seconds
 
 
 def _bearing(angle: float) -> float:

@@ -17,7 +17,7 @@ MARGIN, SCORE, THRESHOLD = "margin", "score", "threshold"
 
 
 class Trace:
-    """Every number of each verdict: eight bytes each, where a verdict takes a thousand."""
+    """Every number of each verdict, to seven digits: a verdict itself takes ten times as much."""
 
     def __init__(self) -> None:
         """Start empty."""
@@ -34,7 +34,7 @@ class Trace:
             THRESHOLD: verdict.threshold,
         }
         for name in numbers.keys() - self._columns.keys():
-            self._columns[name] = array("d", [math.nan]) * len(self._stamps)
+            self._columns[name] = array("f", [math.nan]) * len(self._stamps)
         for name, column in self._columns.items():
             column.append(numbers.get(name, math.nan) if told else math.nan)
         self._stamps.append(verdict.stamp_ns)
@@ -43,4 +43,7 @@ class Trace:
         """A number over time, from the start of the flight; NaN throughout if none has it."""
         time_s = (np.array(self._stamps, dtype=np.int64) - start_ns) / NANOSECONDS
         column = self._columns.get(name)
-        return Curve(time_s, np.full(len(time_s), math.nan) if column is None else np.array(column))
+        return Curve(
+            time_s,
+            np.full(len(time_s), math.nan) if column is None else np.array(column, dtype=float),
+        )
