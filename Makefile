@@ -43,7 +43,7 @@ format: setup-test ## Bring the sources into the form that lint checks.
 	@.venv/bin/ruff check --quiet --fix . || true
 	@.venv/bin/ruff format .
 
-bench: setup-test ## Measure how fast a bag is analysed, against rosbags.
+bench: setup-test ## Measure how fast the monitor is, offline and live (a quarter of an hour).
 	@.venv/bin/python benchmarks/speed/bench.py build/bench
 
 lock: ## Pin the newest versions that requirements*.in allow (needs uv).

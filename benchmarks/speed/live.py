@@ -1,7 +1,5 @@
 """What the running monitor costs: processor, memory, and the time from a fix to the alert.
 
-    python benchmarks/speed/live.py build/bench
-
 A simulated flight is played at its own pace, 200 Hz of Imu and 10 Hz of fixes and velocities, to
 (a) the nodes as processes, (b) all of them in one, and (c) a node that only receives. Load is
 measured on the clean part, with nobody but a mission manager listening. Then a carry-off pulls
@@ -12,7 +10,6 @@ beside that of a bare answer of (c), which is two hops. Loss is counted at 1000 
 
 from __future__ import annotations
 
-import json
 import os
 import signal
 import subprocess
@@ -27,13 +24,12 @@ import click
 import numpy as np
 import psutil
 import rclpy
-from bench import machine
 from diagnostic_msgs.msg import DiagnosticArray
 from load import load_bag
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
-from rich.console import Console
 from rich.table import Table
+from section import Section
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
@@ -70,6 +66,8 @@ ATTACK = {
 }
 SETTING = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST", "ROS_DOMAIN_ID": "101"}
 READY_S = 60.0
+SHOWN = ("core_percent", "memory_mb", "latency_p50_ms", "latency_p99_ms", "latency_max_ms")
+COMPARED = SHOWN[:3]
 
 
 @dataclass(frozen=True)
@@ -266,11 +264,8 @@ def node_command(name: str) -> list[str]:
     return [sys.executable, "-m", module, "--ros-args", "--params-file", config]
 
 
-@click.command()
-@click.argument("folder", type=click.Path(path_type=Path))
-def main(folder: Path) -> None:
-    """Measure with bags in FOLDER, and write FOLDER/live.json."""
-    folder.mkdir(parents=True, exist_ok=True)
+def measure(folder: Path, repeats: int) -> Section:
+    """Load and latency over those of a node that only receives. Once: it takes real time."""
     sent = flight(folder, CLEAN_S + ATTACK_S, 200)
     graphs: dict[str, tuple[list[list[str]], int]] = {
         "processes": ([node_command(name) for name in MONITOR], 3),
@@ -279,26 +274,26 @@ def main(folder: Path) -> None:
     }
     found: dict[str, dict[str, float]] = {}
     for name, (programs, subscribers) in graphs.items():
-        click.echo(f"{name}: {sent[-1].at_s:.0f} s", err=True)
+        click.echo(f"live, {name}: {sent[-1].at_s:.0f} s", err=True)
         figures, node = measured(programs, subscribers, sent)
         seconds = node.echoes if name == "echo" else node.latencies_s()
         found[name] = {**figures, **spread(seconds, "latency")}
     fast = flight(folder, FAST_S, FAST_HZ)
-    click.echo(f"composed, {FAST_HZ} Hz: {FAST_S:.0f} s", err=True)
+    click.echo(f"live, composed at {FAST_HZ} Hz: {FAST_S:.0f} s", err=True)
     figures, node = measured(*graphs["composed"], fast)
     readings = sum(one.name == "imu" for one in fast)
     found["fast"] = {**figures, "sent": readings, "lost": readings - node.received}
-    told = {"machine": machine(), **found}
-    (folder / "live.json").write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
-    keys = ("core_percent", "memory_mb", "latency_p50_ms", "latency_p99_ms", "latency_max_ms")
-    table = Table("", "% of a core", "MB", "p50 ms", "p99 ms", "max ms", "alerts")
-    for name, one in list(found.items())[:3]:
-        cells = [f"{one[key]:.1f}" if key in one else "-" for key in keys]
+    table = Table("live", "% of a core", "MB", "p50 ms", "p99 ms", "max ms", "alerts")
+    for name in graphs:
+        one = found[name]
+        cells = [f"{one[key]:.1f}" if key in one else "-" for key in SHOWN]
         table.add_row(name, *cells, str(one["latency_count"]))
-    Console().print(table)
+    ratios = {
+        f"{name}, {key}": found[name][key] / found["echo"][key]
+        for name in ("processes", "composed")
+        for key in COMPARED
+        if key in found[name]
+    }
     said = "{lost} of {sent} Imu messages lost, {core_percent:.1f} % of a core"
-    click.echo(f"composed at {FAST_HZ} Hz: " + said.format(**found["fast"]))
-
-
-if __name__ == "__main__":
-    main()
+    remark = f"composed at {FAST_HZ} Hz: " + said.format(**found["fast"])
+    return Section(ratios, found, table, (remark,))
