@@ -21,6 +21,8 @@ from hijack_detect.bags.topics import OWN_TOPICS, PRESETS
 from hijack_detect.nodes import COMPOSED, MONITOR
 
 PACKAGE = "hijack_detect"
+RESPAWN_S = 1.0
+"""A node that has died is started again after this; an alert survives that."""
 ARGUMENTS = (
     ("uav", "", "Namespace of the vehicle; empty for none."),
     ("policy", "default", "default or paper: which parameter file of the package."),
@@ -61,6 +63,8 @@ def nodes(context: LaunchContext) -> list[LaunchDescriptionEntity]:
             ],
             remappings=remappings(mavros=given("mavros") == "true"),
             output="screen",
+            respawn=True,
+            respawn_delay=RESPAWN_S,
         )
         for name in names
     ]

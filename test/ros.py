@@ -49,12 +49,13 @@ os.environ.setdefault("AMENT_PREFIX_PATH", sys.prefix)
 class RosProcess:
     """One node in a process of its own; what it prints goes to a file."""
 
-    def __init__(self, module: str, arguments: list[str], domain: int) -> None:
+    def __init__(self, module: str, arguments: list[str], domain: int, home: str) -> None:
         self._file = tempfile.TemporaryFile()  # noqa: SIM115, closed by close()
+        own = {"ROS_DOMAIN_ID": str(domain), "PYTHONPATH": str(ROOT), "ROS_HOME": home}
         self._process = subprocess.Popen(
             [sys.executable, "-m", module, *arguments],
             cwd=ROOT,
-            env={**os.environ, "ROS_DOMAIN_ID": str(domain), "PYTHONPATH": str(ROOT)},
+            env={**os.environ, **own},
             stdin=subprocess.DEVNULL,
             stdout=self._file,
             stderr=subprocess.STDOUT,
@@ -157,6 +158,8 @@ class Graph:
 
     def __init__(self, domain: int) -> None:
         self.domain = domain
+        self.home = tempfile.TemporaryDirectory()
+        """What the nodes of this graph keep for each other."""
         self._context = Context()
         rclpy.init(context=self._context, domain_id=domain)
         self.node = Node("test", context=self._context, enable_rosout=False)
@@ -175,7 +178,11 @@ class Graph:
         for key, value in (parameters or {}).items():
             text = str(value).lower() if isinstance(value, bool) else str(value)
             arguments += ["-p", f"{key}:={text}"]
-        process = RosProcess(f"hijack_detect.nodes.{name}", arguments, self.domain)
+        return self.run(f"hijack_detect.nodes.{name}", *arguments)
+
+    def run(self, module: str, *arguments: str) -> RosProcess:
+        """Run any module, as `python -m` does."""
+        process = RosProcess(module, list(arguments), self.domain, self.home.name)
         self._processes.append(process)
         return process
 
@@ -237,6 +244,7 @@ class Graph:
         self._executor.shutdown()
         self.node.destroy_node()
         self._context.try_shutdown()
+        self.home.cleanup()
 
 
 @pytest.fixture

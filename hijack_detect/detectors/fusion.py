@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -16,13 +17,24 @@ KEEPING = frozenset({"kld"})
 
 
 @dataclass(frozen=True, slots=True)
+class Latched:
+    """An alert that is kept: stamp (ns), what led to it, in words and by name, and confidence."""
+
+    since_ns: int
+    cause: str
+    causes: tuple[str, ...]
+    confidence: float
+
+
+@dataclass(frozen=True, slots=True)
 class FusionResult:
     """What the monitor claims at one header stamp.
 
     `state` is the worst claim that can be made; it is NORMAL only if no expected detector is
-    missing or stale and at least one can tell. `alert` is latched until `reset`. `confidence`
-    is in [0, 1]: the probability of an attack with policy `default`, and the largest that there
-    was of an alert; with the others 0.5 for one detector at its threshold, 1 for an alert.
+    missing, stale or overdue, and at least one can tell. `alert` is latched until `reset`.
+    `confidence` is in [0, 1]: the probability of an attack with policy `default`, and the largest
+    that there was of an alert; with the others 0.5 for one detector at its threshold, 1 for an
+    alert.
     """
 
     stamp_ns: int
@@ -34,13 +46,34 @@ class FusionResult:
     """What led to the alert, in words; empty without one."""
     detectors: Mapping[str, Verdict]
     lost: tuple[str, ...]
+    """Detectors that are missing or stale."""
     causes: tuple[str, ...] = ()
     """Detectors that led to the alert."""
+    overdue: tuple[str, ...] = ()
+    """Detectors that have been getting ready for far too long."""
+
+    @property
+    def degraded(self) -> tuple[str, ...]:
+        """Detectors that the monitor has to do without, though it should not."""
+        return self.lost + self.overdue
+
+    @property
+    def claim(self) -> float:
+        """What `hijack_confidence` says: NaN where a degraded monitor sees nothing suspicious.
+
+        The confidence of those that are left would read as if all were well; NaN is smaller than
+        no limit, and larger than none.
+        """
+        quiet = not self.alert and self.state is not State.SUSPICIOUS
+        return math.nan if self.degraded and quiet else self.confidence
 
     @property
     def reason(self) -> str:
-        """What led to the alert, or what every detector says now."""
-        return self.cause or _told(list(self.detectors.values()))
+        """What led to the alert, or what every detector says now, beginning with who is missing."""
+        if self.cause:
+            return self.cause
+        told = _told(list(self.detectors.values()))
+        return f"DEGRADED, without {', '.join(self.degraded)}: {told}" if self.degraded else told
 
 
 class Fusion:
@@ -53,9 +86,11 @@ class Fusion:
         self._parameters = parameters
         self.inputs = dict.fromkeys(detectors, parameters.patience_s)
         self._stale_ns = round(parameters.stale_s * NANOSECONDS)
+        self._overdue_ns = round(parameters.overdue_s * NANOSECONDS)
         self._calibrated = parameters.policy == "default"
         self._last: dict[str, Verdict] = {}
         self._first_ns: int | None = None
+        self._unready_since_ns: dict[str, int] = {}
         self.reset()
 
     def reset(self) -> None:
@@ -75,15 +110,31 @@ class Fusion:
         self._cause = ""
         self._causes: tuple[str, ...] = ()
 
+    @property
+    def latched(self) -> Latched | None:
+        """The alert that is kept, if there is one."""
+        if self._alert_since_ns is None:
+            return None
+        return Latched(self._alert_since_ns, self._cause, self._causes, self._confidence)
+
+    def keep(self, alert: Latched) -> None:
+        """Go on with an alert of before this fusion was made."""
+        self._alert_since_ns, self._confidence = alert.since_ns, alert.confidence
+        self._cause, self._causes = alert.cause, alert.causes
+
     def inherit(self, before: Fusion) -> None:
         """Keep the alert of the fusion before: a clock that is set back takes no alert back."""
-        self._alert_since_ns, self._heard_out = before._alert_since_ns, before._heard_out
-        self._cause, self._causes = before._cause, before._causes
-        self._confidence = before._confidence
+        self._heard_out = before._heard_out
+        if before.latched is not None:
+            self.keep(before.latched)
 
     def update(self, name: str, verdict: Verdict) -> FusionResult:
         """Take the next verdict in order of stamp."""
         self._last[name] = verdict
+        if verdict.state is not State.NOT_READY:
+            self._unready_since_ns.pop(name, None)
+        else:
+            self._unready_since_ns.setdefault(name, verdict.stamp_ns)
         if self._first_ns is None:
             self._first_ns = verdict.stamp_ns
         if verdict.state is not State.ALARM:
@@ -113,8 +164,13 @@ class Fusion:
         lost = tuple(
             name for name, v in verdicts.items() if (late if v is None else v.state is State.STALE)
         )
+        overdue = tuple(
+            name
+            for name, since_ns in self._unready_since_ns.items()
+            if name not in lost and stamp_ns - since_ns > self._overdue_ns
+        )
         known = {name: v for name, v in verdicts.items() if v is not None}
-        state = self._state(known, lost)
+        state = self._state(known, lost, overdue)
         return FusionResult(
             stamp_ns,
             state,
@@ -125,6 +181,7 @@ class Fusion:
             known,
             lost,
             self._causes,
+            overdue,
         )
 
     def _seen(self, name: str, stamp_ns: int) -> Verdict | None:
@@ -137,14 +194,16 @@ class Fusion:
             name, verdict.stamp_ns, State.STALE, 0.0, verdict.threshold, f"silent for {age:.1f} s"
         )
 
-    def _state(self, known: Mapping[str, Verdict], lost: Sequence[str]) -> State:
+    def _state(
+        self, known: Mapping[str, Verdict], lost: Sequence[str], overdue: Sequence[str]
+    ) -> State:
         if self._alert_since_ns is not None:
             return State.ALARM
         if self._warned or any(self._decision.suspects(one) for one in known.values()):
             return State.SUSPICIOUS
         if lost:
             return State.STALE
-        if len(known) < len(self.inputs):
+        if overdue or len(known) < len(self.inputs):
             return State.NOT_READY
         states = {verdict.state for verdict in known.values()}
         if states & JUDGED:

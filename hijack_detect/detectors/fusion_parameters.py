@@ -78,3 +78,19 @@ class FusionParameters(Parameters):
         low=0.1,
         high=600.0,
     )
+    overdue_s: float = param(
+        120.0,
+        "A detector that has been NOT_READY for this long is overdue, and the monitor degraded. On "
+        "the ground, where no heading can be known, that is true as well.",
+        unit="s",
+        low=1.0,
+        high=36000.0,
+    )
+    survive_s: float = param(
+        20.0,
+        "An alert outlives the node when it is started again within this time, as launch does "
+        "after a crash; not when the node was asked to end. 0 lets none survive.",
+        unit="s",
+        low=0.0,
+        high=3600.0,
+    )

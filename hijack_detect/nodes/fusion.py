@@ -1,13 +1,18 @@
 """Fuses the detectors' verdicts into hijack_alert.
 
 Subscribes DETECTOR/verdict of every detector. Publishes hijack_alert (Bool, latched, reliable
-and transient local, repeated every second), hijack_confidence (Float64, 0 to 1), fusion/verdict
-(DiagnosticArray) and /diagnostics. Service ~/reset (std_srvs/Trigger) takes the alert back.
+and transient local, repeated every second with a deadline and a sign of life), hijack_confidence
+(Float64, 0 to 1, NaN while a detector is missing), fusion/verdict (DiagnosticArray) and
+/diagnostics. Service ~/reset (std_srvs/Trigger) takes the alert back.
 """
 
 from __future__ import annotations
 
+import time
+from typing import Any
+
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from rclpy.clock import Clock, ClockType
 from std_msgs.msg import Bool, Float64
 from std_srvs.srv import Trigger
 
@@ -16,14 +21,15 @@ from hijack_detect.detectors.fusion_parameters import FusionParameters
 from hijack_detect.evaluation.monitor.graph import DETECTORS
 from hijack_detect.nodes.messages import fusion_message, verdict_from
 from hijack_detect.nodes.outlet import Outlet
-from hijack_detect.nodes.qos import INTERNAL, STATE
+from hijack_detect.nodes.qos import ALERT, INTERNAL
 from hijack_detect.nodes.running import run
 from hijack_detect.nodes.stage_node import StageNode
+from hijack_detect.nodes.survival import Survivor
 from hijack_detect.nodes.wiring import Input, Topics, Wiring
 from hijack_detect.streams.samples import NANOSECONDS
 
 HEARTBEAT_S = 1.0
-ALERT = "hijack alert"
+ALERT_SUBJECT = "hijack alert"
 """What the diagnostics are about."""
 
 
@@ -44,36 +50,77 @@ class FusionNode(StageNode[FusionParameters]):
             wiring,
             read_only=True,
         )
-        self._alert = self.create_publisher(Bool, "hijack_alert", STATE)
+        self._alert = self.create_publisher(Bool, "hijack_alert", ALERT)
         self._confidence = Outlet(self, Float64, "hijack_confidence", wiring.rate_hz)
         self._verdict = Outlet(self, DiagnosticArray, "fusion/verdict", wiring.rate_hz)
         self.create_service(Trigger, "~/reset", self._reset)
         self._result: FusionResult | None = None
-        self._heard_ns = self.get_clock().now().nanoseconds
-        self.create_timer(HEARTBEAT_S, self._heartbeat)
+        self._heard_s = time.monotonic()
+        self._survivor = Survivor(self.get_fully_qualified_name(), self.parameters.survive_s)
+        self._cannot_keep = ""
+        self._go_on()
+        # ROS time may be paused or set; who listens for a sign of life does not wait for it.
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self.create_timer(HEARTBEAT_S, self._heartbeat, clock=steady)
         self._heartbeat()
 
+    @property
+    def _fusion(self) -> Fusion:
+        fusion = self.stage.component
+        assert isinstance(fusion, Fusion)
+        return fusion
+
+    def _go_on(self) -> None:
+        """Take over the alert of this node's process before, if that has just died."""
+        alert = self._survivor.read() if self.parameters.survive_s else None
+        if alert is not None:
+            self._fusion.keep(alert)
+            self.log.error(
+                f"HIJACK ALERT of {alert.since_ns / NANOSECONDS:.3f} s goes on after a restart: "
+                f"{alert.cause}"
+            )
+
     def publish_output(self, output: FusionResult) -> None:
-        """Publish a result; log when the state or the alert changes."""
+        """Publish a result; log when the state, the alert or who is missing changes."""
         before, self._result = self._result, output
-        self._heard_ns = self.get_clock().now().nanoseconds
+        self._heard_s = time.monotonic()
         if before is None or before.alert != output.alert:
             self._alert.publish(Bool(data=output.alert))
-        news = before is None or (before.state, before.alert) != (output.state, output.alert)
-        stamp_ns, confidence = output.stamp_ns, output.confidence
-        self._confidence.publish(stamp_ns, lambda: Float64(data=confidence), change=news)
+            self._keep()
+        news = before is None or _said(before) != _said(output)
+        stamp_ns, claim = output.stamp_ns, output.claim
+        self._confidence.publish(stamp_ns, lambda: Float64(data=claim), change=news)
         self._verdict.publish(stamp_ns, lambda: fusion_message(output), change=news)
         if news:
+            self._tell()
             seconds = output.stamp_ns / NANOSECONDS
             if output.alert:
                 self.log.error(f"HIJACK ALERT at {seconds:.3f} s: {output.reason}")
+            elif output.degraded:
+                self.log.warning(f"{output.state.value} at {seconds:.3f} s: {output.reason}")
             else:
                 self.log.info(f"{output.state.value} at {seconds:.3f} s: {output.reason}")
 
+    def _keep(self) -> None:
+        """Keep the alert beyond the end of this process; tell once if that cannot be done."""
+        alert = self._fusion.latched
+        if alert is None or not self.parameters.survive_s:
+            return
+        try:
+            self._survivor.write(alert)
+        except OSError as error:
+            why = f"{self._survivor.path}: {error.strerror}: the alert is lost if this node dies"
+            if why != self._cannot_keep:
+                self.log.warning(why)
+            self._cannot_keep = why
+
+    def ended(self) -> None:
+        """See StageNode."""
+        self._survivor.forget()
+
     def _reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        fusion = self.stage.component
-        assert isinstance(fusion, Fusion)
-        fusion.reset()
+        self._fusion.reset()
+        self._survivor.forget()
         self._result = None
         self._alert.publish(Bool(data=False))
         self.log.warning("alert reset on request")
@@ -81,15 +128,24 @@ class FusionNode(StageNode[FusionParameters]):
         return response
 
     def _heartbeat(self) -> None:
-        """Repeat the alert and say in /diagnostics what the monitor can tell."""
-        result = self._result
-        self._alert.publish(Bool(data=result is not None and result.alert))
-        silent_s = (self.get_clock().now().nanoseconds - self._heard_ns) / NANOSECONDS
-        if result is None or silent_s > self.parameters.stale_s:
-            text = f"no verdict of any detector for {silent_s:.0f} s"
-            self.diagnostics.tell(ALERT, DiagnosticStatus.STALE, text, {})
+        """Repeat the alert, keep it, and say in /diagnostics what the monitor can tell."""
+        self._alert.publish(Bool(data=self._fusion.latched is not None))
+        self._keep()
+        self._tell()
+
+    def _tell(self) -> None:
+        """Say in /diagnostics what the monitor can tell."""
+        silent_s = time.monotonic() - self._heard_s
+        if self._result is None or silent_s > self.parameters.stale_s:
+            text = f"DEGRADED, no verdict of any detector for {silent_s:.0f} s"
+            self.diagnostics.tell(ALERT_SUBJECT, DiagnosticStatus.STALE, text, {})
         else:
-            self.diagnostics.publish(ALERT, fusion_message(result).status[0])
+            self.diagnostics.publish(ALERT_SUBJECT, fusion_message(self._result).status[0])
+
+
+def _said(result: FusionResult) -> tuple[Any, ...]:
+    """What is worth telling when it changes."""
+    return result.state, result.alert, result.degraded
 
 
 def main() -> None:

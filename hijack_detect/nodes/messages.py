@@ -88,6 +88,7 @@ def fusion_message(result: FusionResult) -> DiagnosticArray:
         "alert_since_ns": since,
         "confidence": repr(result.confidence),
         "lost": " ".join(result.lost),
+        "degraded": " ".join(result.degraded),
         "causes": " ".join(result.causes),
         **{f"{name}.state": v.state.value for name, v in result.detectors.items()},
         **{f"{name}.margin": repr(v.margin) for name, v in result.detectors.items()},

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from rclpy.duration import Duration
 from rclpy.qos import (
     DurabilityPolicy,
     HistoryPolicy,
+    LivelinessPolicy,
     QoSPolicyKind,
     QoSProfile,
     ReliabilityPolicy,
@@ -30,6 +32,19 @@ STATE = QoSProfile(
     durability=DurabilityPolicy.TRANSIENT_LOCAL,
 )
 """A state that a late subscriber must learn at once."""
+
+ALERT_LEASE_S, ALERT_DEADLINE_S = 3.0, 2.5
+ALERT = QoSProfile(
+    history=HistoryPolicy.KEEP_LAST,
+    depth=1,
+    reliability=ReliabilityPolicy.RELIABLE,
+    durability=DurabilityPolicy.TRANSIENT_LOCAL,
+    deadline=Duration(seconds=ALERT_DEADLINE_S),
+    liveliness=LivelinessPolicy.MANUAL_BY_TOPIC,
+    liveliness_lease_duration=Duration(seconds=ALERT_LEASE_S),
+)
+"""The alert, repeated every second. A subscription with this profile is told when a repetition is
+missing, and when the node no longer says that it lives, be it dead or only hanging."""
 
 OVERRIDES = QoSOverridingOptions(
     policy_kinds=(

@@ -6,6 +6,7 @@ import signal
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Protocol, runtime_checkable
 
 import rclpy
 from rclpy.executors import Executor
@@ -16,6 +17,14 @@ from rclpy.utilities import ok, try_shutdown
 EXIT_BAD_INPUT = 2
 SPIN_S = 0.1
 """The events executor of Jazzy hears signals only between calls with a time-out."""
+
+
+@runtime_checkable
+class Ending(Protocol):
+    """A node that does something when its process was asked to end, and not when it crashes."""
+
+    def ended(self) -> None:
+        """ROS was shut down by a signal."""
 
 
 def run(
@@ -61,13 +70,22 @@ def run_composed(
     for node in nodes:
         executor.add_node(node)
     try:
-        while ok():
-            executor.spin_once(timeout_sec=SPIN_S)
-    except Exception:  # a callback that was publishing when rclpy shut down
-        if ok():
-            raise
+        _spin(executor)
+        for node in nodes:
+            if isinstance(node, Ending):
+                node.ended()
     finally:
         for node in nodes:
             executor.remove_node(node)
             node.destroy_node()
         try_shutdown()
+
+
+def _spin(executor: Executor) -> None:
+    """Work until ROS is shut down."""
+    try:
+        while ok():
+            executor.spin_once(timeout_sec=SPIN_S)
+    except Exception:  # a callback that was publishing when rclpy shut down
+        if ok():
+            raise

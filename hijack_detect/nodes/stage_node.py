@@ -6,6 +6,7 @@ import contextlib
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from typing import Any, Generic, TypeVar
 
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -13,6 +14,7 @@ from rcl_interfaces.msg import SetParametersResult
 from rclpy.impl.rcutils_logger import RcutilsLogger
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from rclpy.utilities import ok
 
 from hijack_detect.evaluation.monitor.stage import Component, Stage
 from hijack_detect.nodes.diagnostics import Diagnostics
@@ -111,6 +113,9 @@ class StageNode(Node, Generic[P]):
         """
         return [(name, converted)]
 
+    def ended(self) -> None:
+        """The process was asked to end: nothing that should survive a crash survives that."""
+
     @property
     def node(self) -> Node:
         """The node itself."""
@@ -135,7 +140,7 @@ class StageNode(Node, Generic[P]):
         with self._outliving(name, lambda: repr(converted)):
             for source, one in self.samples(name, converted, published_ns):
                 outputs += self.stage.push(source, one)
-        self._give(outputs)
+        self._give(name, outputs)
 
     def take_over(self, name: str, outputs: Sequence[Any], passed_ns: int) -> None:
         """Take another node's outputs as an input, which brings nothing more up to a stamp."""
@@ -144,7 +149,7 @@ class StageNode(Node, Generic[P]):
         with self._outliving(name, lambda: f"{len(outputs)} samples up to {passed_ns} ns"):
             own += self.stage.push_all(name, outputs)
             own += self.stage.advance(name, passed_ns)
-        self._give(own)
+        self._give(name, own)
 
     @contextlib.contextmanager
     def _outliving(self, name: str, what: Callable[[], str]) -> Iterator[None]:
@@ -152,12 +157,15 @@ class StageNode(Node, Generic[P]):
         try:
             yield
         except Exception as error:
+            if not ok():  # publishing while ROS shuts down is no mistake
+                raise
             self._reject(name, what, f"internal error: {error!r}")
 
-    def _give(self, outputs: Sequence[Any]) -> None:
-        """Publish outputs, and give them to the nodes that hear this one directly."""
+    def _give(self, name: str, outputs: Sequence[Any]) -> None:
+        """Publish what followed from an input, and give it to the nodes that hear this one."""
         for output in outputs:
-            self.publish_output(output)
+            with self._outliving(name, partial(repr, output)):
+                self.publish_output(output)
         passed_ns = self.stage.passed_ns
         if self._output and (outputs or passed_ns > self._passed_ns):
             self._passed_ns = passed_ns

@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 import itertools
+import math
+import signal
+import time
+from pathlib import Path
 from typing import Any
 
 import pytest
+import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from live import SECOND, values_of
+from rclpy.context import Context
 from rclpy.duration import Duration
+from rclpy.event_handler import SubscriptionEventCallbacks
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from ros import KEEP_ALL, Graph, Listener, RosProcess
 from std_msgs.msg import Bool, Float64
@@ -17,7 +26,7 @@ from std_srvs.srv import Trigger
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.evaluation.monitor.graph import DETECTORS
 from hijack_detect.nodes.messages import verdict_message
-from hijack_detect.nodes.qos import STATE
+from hijack_detect.nodes.qos import ALERT, ALERT_LEASE_S, STATE
 
 START_NS = 1_700_000_000 * SECOND
 STEP_NS = SECOND // 5
@@ -46,11 +55,11 @@ class Monitored:
         self._stamp_ns = START_NS
         self._sent = 0
 
-    def say(self, seconds: float, **states: State) -> None:
+    def say(self, seconds: float, *, answered: bool = True, **states: State) -> None:
         """Let every detector say something for a while; NORMAL unless told otherwise.
 
         Each step waits for the fusion's answers, or, with a silent detector, until everything has
-        arrived, so none runs ahead by more than a step.
+        arrived, or without `answered`, so none runs ahead by more than a step.
         """
         for _ in range(round(seconds * SECOND / STEP_NS)):
             self._stamp_ns += STEP_NS
@@ -60,7 +69,7 @@ class Monitored:
                 verdict = Verdict(name, self._stamp_ns, state, score, 1.0, f"{name} says so")
                 publisher.publish(verdict_message(verdict))
                 self._sent += 1
-            if len(self._publishers) == len(DETECTORS):
+            if answered and len(self._publishers) == len(DETECTORS):
                 self.settle()
             else:
                 self.graph.spin_until(
@@ -166,12 +175,11 @@ def test_diagnostics_are_stale_before_the_first_verdict_and_when_they_stop(graph
     assert status is not None
     assert "no verdict of any detector" in status.message
 
-    heard = len(monitored.diagnostics.messages)
-    while level() != DiagnosticStatus.OK and len(monitored.diagnostics.messages) < heard + 20:
+    monitored.say(1.0)
+    graph.spin_until(lambda: level() == DiagnosticStatus.OK, "OK with verdicts")
+    while (status := monitored.status()) and values_of(status).get("state") != "normal":
+        assert values_of(status)["state"] == "not_ready"
         monitored.say(0.2)
-    status = monitored.status()
-    assert status is not None
-    assert values_of(status)["state"] == "normal"
     graph.spin_until(lambda: level() == DiagnosticStatus.STALE, "STALE when verdicts stop")
     assert monitored.alert.messages[-1].data is False
 
@@ -204,8 +212,115 @@ def test_a_missing_detector_never_reads_as_normal(graph: Graph, silent: str) -> 
     assert "normal" not in monitored.states()
     assert monitored.states()[-1] == "stale"
     last = monitored.verdict.messages[-1]
-    assert values_of(last)["lost"] == silent
+    assert values_of(last)["lost"] == values_of(last)["degraded"] == silent
     assert last.status[0].level == DiagnosticStatus.STALE
+    assert last.status[0].message.startswith(f"DEGRADED, without {silent}: ")
+    assert math.isnan(monitored.confidence.messages[-1].data)
+    degraded = [
+        one
+        for message in monitored.diagnostics.messages
+        for one in message.status
+        if one.name == "/fusion: hijack alert" and values_of(one).get("degraded") == silent
+    ]
+    assert degraded
+    assert f"DEGRADED, without {silent}: " in monitored.node.output
+
+
+def test_a_detector_that_never_gets_ready_never_reads_as_normal(graph: Graph) -> None:
+    monitored = Monitored(graph, overdue_s=3.0)
+    monitored.say(2.0, coast=State.NOT_READY)
+    assert monitored.states()[-1] == "normal"  # it may take its time
+    monitored.say(2.0, coast=State.NOT_READY)
+    assert monitored.states()[-1] == "not_ready"
+    assert values_of(monitored.verdict.messages[-1])["degraded"] == "coast"
+    assert math.isnan(monitored.confidence.messages[-1].data)
+    monitored.say(1.0)
+    assert monitored.states()[-1] == "normal"
+    assert 0.0 <= monitored.confidence.messages[-1].data <= 1.0
+
+
+def test_a_degraded_monitor_still_alerts(graph: Graph) -> None:
+    monitored = Monitored(graph, overdue_s=1.0)
+    monitored.say(2.0, kld=State.NOT_READY)
+    monitored.say(0.6, kld=State.NOT_READY, coast=State.ALARM)
+    monitored.until_alert(True)
+    assert monitored.confidence.messages[-1].data > 0.6
+
+
+def test_an_alert_survives_a_crash_and_not_a_stop(graph: Graph) -> None:
+    monitored = Monitored(graph)
+    monitored.say(2.0)
+    monitored.say(0.6, coast=State.ALARM)
+    monitored.until_alert(True)
+    monitored.node.signal(signal.SIGKILL)
+    monitored.node.wait()
+
+    again = graph.listen(Bool, "hijack_alert", STATE)
+    node = graph.start("fusion")
+    graph.spin_until(lambda: again.messages, "the alert after a restart")
+    assert again.messages[0].data is True
+    assert "goes on after a restart: coast alarm margin 2.00 (coast says so)" in node.output
+    monitored.say(1.0, answered=False)  # a verdict says nothing against it
+    assert graph.call(Trigger, "fusion/reset").success
+    graph.spin_until(lambda: again.messages[-1].data is False, "the reset")
+
+    monitored.say(2.0, coast=State.ALARM, answered=False)
+    graph.spin_until(lambda: again.messages[-1].data is True, "the next alert")
+    assert node.interrupt() == 0
+    fresh = graph.listen(Bool, "hijack_alert", STATE)
+    node = graph.start("fusion")
+    graph.spin_until(lambda: fresh.messages, "the alert after a stop")
+    assert fresh.messages[0].data is False
+
+
+def test_none_survives_if_none_should(graph: Graph) -> None:
+    monitored = Monitored(graph, survive_s=0.0)
+    monitored.say(2.0)
+    monitored.say(0.6, coast=State.ALARM)
+    monitored.until_alert(True)
+    assert not list(Path(graph.home.name).rglob("*.json"))
+
+
+def test_silence_is_told_to_who_asks_for_signs_of_life(graph: Graph) -> None:
+    """SIGSTOP: no process, no participant and no connection ends, only the repetitions do."""
+    told: list[str] = []
+    events = SubscriptionEventCallbacks(
+        deadline=lambda _: told.append("late"),
+        liveliness=lambda change: told.append(f"alive {change.alive_count}"),
+    )
+    context = Context()
+    rclpy.init(context=context, domain_id=graph.domain)
+    node = Node("manager", context=context, enable_rosout=False)
+    node.create_subscription(Bool, "hijack_alert", lambda _: None, ALERT, event_callbacks=events)
+    executor = SingleThreadedExecutor(context=context)
+    executor.add_node(node)
+
+    def until(what: str) -> None:
+        deadline = time.monotonic() + 20.0
+        while what not in told:
+            assert time.monotonic() < deadline, f"{what}: {told}"
+            executor.spin_once(timeout_sec=0.1)
+
+    fusion = graph.start("fusion")
+    until("alive 1")
+    fusion.signal(signal.SIGSTOP)
+    stopped = time.monotonic()
+    until("late")
+    until("alive 0")
+    assert time.monotonic() - stopped < ALERT_LEASE_S + 2.0
+    fusion.signal(signal.SIGCONT)
+    told.clear()
+    until("alive 1")
+    executor.shutdown()
+    node.destroy_node()
+    context.try_shutdown()
+
+
+def test_the_heartbeat_goes_on_while_ros_time_is_paused(graph: Graph) -> None:
+    """Nobody publishes /clock, so that ROS time stays at 0."""
+    alert = graph.listen(Bool, "hijack_alert", STATE)
+    graph.start("fusion", parameters={"use_sim_time": True})
+    graph.spin_until(lambda: len(alert.messages) >= 4, "three heartbeats")
 
 
 def test_policies_decide_which_alarms_are_enough(graph: Graph) -> None:

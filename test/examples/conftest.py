@@ -1,0 +1,9 @@
+"""Makes the helpers of test/ importable, and their fixtures known."""
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path.insert(0, str(Path(__file__).parents[2] / "examples"))
+
+from ros import domain, graph  # noqa: F401
