@@ -1,0 +1,1 @@
+"""Faults injected into the running monitor, and how soon it says so."""

@@ -1,0 +1,90 @@
+"""The fault matrix: every fault against real processes over DDS.
+
+    python -m benchmarks.faults build/bench docs/reliability.md
+
+Each takes 100 s; `--jobs` of them run at a time, each in a ROS domain of its own. What was found is
+kept in FOLDER/faults, and not measured again.
+"""
+
+from __future__ import annotations
+
+import json
+import queue
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import click
+from rich.console import Console
+from rich.progress import track
+
+from benchmarks.documents import fill, write
+from benchmarks.faults.cases import CASES
+from benchmarks.faults.flight import flight
+from hijack_detect.evaluation.scores.evaluation_tables import TextTable
+
+PATH = click.Path(path_type=Path)
+FIRST_DOMAIN = 95
+HEADS = ("fault at 45 s", "first said", "after", "NORMAL again", "longest silence", "alert")
+
+
+def run(folder: Path, domains: queue.Queue[int], name: str) -> None:
+    """Measure one fault, if that has not been done."""
+    kept = folder / "faults" / f"{name}.json"
+    if kept.is_file():
+        return
+    domain = domains.get()
+    command = [sys.executable, "-m", "benchmarks.faults.run", name, str(folder), str(domain)]
+    done = subprocess.run(command, check=False, capture_output=True, text=True)
+    domains.put(domain)
+    if done.returncode:
+        click.echo(f"{name}: {done.stderr[-2000:]}", err=True)
+    else:
+        write(kept, done.stdout)
+
+
+def table(found: dict[str, dict[str, Any]]) -> TextTable:
+    """One row a fault."""
+
+    def seconds(value: float | None) -> str:
+        return "" if value is None else f"{max(0.0, value):.1f} s"
+
+    rows = []
+    for name, one in found.items():
+        alert = "" if one["alert_s"] is None else f"at {one['alert_s']:.1f} s"
+        said = "" if one["said"] is None else one["said"].replace(" ", ": ", 1)
+        row = (CASES[name].words, said, seconds(one["after_s"]), seconds(one["back_s"]))
+        rows.append((*row, seconds(one["longest_silence_s"]), alert))
+    return TextTable("", HEADS, tuple(rows))
+
+
+@click.command()
+@click.argument("folder", type=PATH)
+@click.argument("document", type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@click.option("--only", type=click.Choice(list(CASES)), multiple=True, help="Faults [all].")
+@click.option("--jobs", type=click.IntRange(1, 20), default=3, show_default=True)
+def main(folder: Path, document: Path, only: tuple[str, ...], jobs: int) -> None:
+    """Measure with bags in FOLDER, and write the table into DOCUMENT."""
+    flight(folder)  # makes the bag, once
+    domains: queue.Queue[int] = queue.Queue()
+    for number in range(jobs):
+        domains.put(FIRST_DOMAIN + number)
+    names = list(only or CASES)
+    with ThreadPoolExecutor(jobs) as pool:
+        results = pool.map(partial(run, folder, domains), names)
+        for _ in track(results, "faults", len(names), console=Console(stderr=True)):
+            pass
+    kept = {name: folder / "faults" / f"{name}.json" for name in CASES}
+    found = {
+        name: json.loads(path.read_text(encoding="utf-8"))
+        for name, path in kept.items()
+        if path.is_file()
+    }
+    fill(document, lambda what: table(found) if what == "faults" else None)
+
+
+if __name__ == "__main__":
+    main()

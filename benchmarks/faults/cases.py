@@ -1,0 +1,90 @@
+"""The faults, by name."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from benchmarks.faults.flight import (
+    Fault,
+    as_it_is,
+    clock,
+    from_zero,
+    gone,
+    late,
+    lossy,
+    reordered,
+    twice,
+)
+from hijack_detect.nodes import COMPOSED, MONITOR
+
+FIX, VELOCITY, IMU = "/gps/fix", "/gps/vel", "/imu/data_raw"
+
+
+@dataclass(frozen=True)
+class Case:
+    """One fault.
+
+    Attributes:
+        words: What is broken, for the table.
+        fault: What becomes of the messages.
+        lasting: Whether it lasts to the end of the flight.
+        composed: Whether the monitor is one process.
+        signals: What the process `victim` gets at the begin of the fault.
+        victim: Its node.
+        arguments: Further ROS arguments of the monitor.
+        second: Whether a second publisher sends fixes from elsewhere.
+        reliable: Whether the inputs are published reliable; else best effort.
+    """
+
+    words: str
+    fault: Fault = as_it_is
+    lasting: bool = False
+    composed: bool = True
+    signals: signal.Signals | None = None
+    victim: str = COMPOSED
+    arguments: tuple[str, ...] = ()
+    second: bool = False
+    reliable: bool = True
+
+
+def _signals(node: str, composed: bool) -> dict[str, Case]:
+    where = {"composed": composed, "victim": node}
+    return {
+        f"kill_{node}": Case(
+            f"`{node}`: SIGKILL, started again after 10 s", signals=signal.SIGKILL, **where
+        ),
+        f"stop_{node}": Case(
+            f"`{node}`: SIGSTOP, SIGCONT after 10 s", signals=signal.SIGSTOP, **where
+        ),
+    }
+
+
+CASES: Mapping[str, Case] = {
+    "none": Case("nothing, for comparison"),
+    **_signals(COMPOSED, True),
+    **{name: case for node in MONITOR for name, case in _signals(node, False).items()},
+    "imu_gone": Case("no IMU for 10 s", gone(IMU)),
+    "gps_gone": Case("no GPS for 10 s", gone(FIX, VELOCITY)),
+    "all_gone": Case("neither for 10 s", gone(FIX, VELOCITY, IMU)),
+    "loss_10": Case("10 % of all messages lost", lossy(0.1), lasting=True),
+    "loss_50": Case("50 % of all messages lost", lossy(0.5), lasting=True),
+    "jitter": Case("up to 0.5 s of jitter, in order", late(0.5), lasting=True),
+    "delay_fix": Case("fixes 1 s later than all else", late(1.0, 1.0, FIX), lasting=True),
+    "reordered": Case("a tenth comes after the next one", reordered(0.1), lasting=True),
+    "twice": Case("every message twice", twice, lasting=True),
+    "clock_forward": Case("the clock jumps 1 h forward", clock(3600.0), lasting=True),
+    "clock_back": Case("the clock jumps 1 h back", clock(-3600.0), lasting=True),
+    "leap_second": Case("a leap second: the clock is set back 1 s", clock(-1.0), lasting=True),
+    "from_zero": Case("stamps from 0", from_zero),
+    "paused": Case(
+        "`use_sim_time`, and ROS time stands still", arguments=("-p", "use_sim_time:=true")
+    ),
+    "two_receivers": Case("a second publisher on `gps/fix`, 200 m away", second=True),
+    "incompatible": Case(
+        "inputs best effort, the monitor asks for reliable (`config/replay.yaml`)",
+        arguments=("--params-file", "config/replay.yaml"),
+        reliable=False,
+    ),
+}
