@@ -160,10 +160,10 @@ def play(case: Case, sent: Sequence[Sent], watch: Watch, processes: Processes) -
 def found(watch: Watch, output: str, codes: Sequence[int]) -> dict[str, Any]:
     """What the monitor has said, by seconds of the flight."""
     gaps = [after - before for before, after in zip(watch.words, watch.words[1:], strict=False)]
+    warned = [line.split("]: ", 1)[-1] for line in output.splitlines() if "[WARN]" in line]
     fault = [one for one in watch.states if one[0] >= BEGIN_S]
     before = next((one for one in reversed(watch.states) if one[0] < BEGIN_S), None)
     troubled = next((one for one in fault if one[1] not in JUDGED or one[2]), None)
-    lines = output.splitlines()
     since_s = END_S if troubled is None else max(END_S, troubled[0])
     back = next((one for one in fault if one[0] >= since_s and one[1] == "normal"), None)
     return {
@@ -176,9 +176,7 @@ def found(watch: Watch, output: str, codes: Sequence[int]) -> dict[str, Any]:
         "longest_silence_s": max(gaps, default=None),
         "states": watch.states,
         "exit_codes": list(codes),
-        "warnings": sorted(
-            {line.split("]: ", 1)[-1] for line in output.splitlines() if "[WARN]" in line}
-        ),
+        "warnings": sorted(set(warned)),
     }
 
 

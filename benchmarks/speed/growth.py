@@ -66,15 +66,22 @@ def draw(by_length: Found, by_rate: Found, path: Path) -> None:
     figure.savefig(path, dpi=110)
 
 
+PARTS = {"lengths_s": lengths, "rates_hz": rates}
+
+
 @click.command()
 @click.argument("folder", type=click.Path(path_type=Path))
 @click.argument("figure", type=click.Path(dir_okay=False, path_type=Path))
 @click.option("--repeats", type=click.IntRange(1, 50), default=1, show_default=True)
-def main(folder: Path, figure: Path, repeats: int) -> None:
+@click.option("--only", type=click.Choice(list(PARTS)), help="Keep what was found of the other.")
+def main(folder: Path, figure: Path, repeats: int, only: str | None) -> None:
     """Measure with bags in FOLDER, write FOLDER/growth.json, and draw FIGURE."""
     folder.mkdir(parents=True, exist_ok=True)
-    found = {"lengths_s": lengths(folder, repeats), "rates_hz": rates(folder, repeats)}
-    (folder / "growth.json").write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+    path = folder / "growth.json"
+    found: dict[str, Found] = json.loads(path.read_text(encoding="utf-8")) if only else {}
+    for name in [only] if only else PARTS:
+        found[name] = PARTS[name](folder, repeats)
+    path.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
     draw(found["lengths_s"], found["rates_hz"], figure)
 
 
