@@ -2,7 +2,7 @@
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
-.PHONY: help setup setup-test demo test lint format bench lock clean
+.PHONY: help setup setup-test demo test lint format bench pythons lock clean
 
 # A sourced ROS installation must not mix with the ROS of .venv.
 unexport PYTHONPATH PYTHONHOME LD_LIBRARY_PATH _ROS_WHEELS_BOOTSTRAP_COMPLETE VIRTUAL_ENV
@@ -45,6 +45,9 @@ format: setup-test ## Bring the sources into the form that lint checks.
 
 bench: setup-test ## Measure how fast the monitor is, offline and live (a quarter of an hour).
 	@.venv/bin/python benchmarks/speed/bench.py build/bench
+
+pythons: setup-test ## Say whether Python 3.10 to 3.13 give the same bits.
+	@.venv/bin/python benchmarks/transcripts/pythons.py build/pythons
 
 lock: ## Pin the newest versions that requirements*.in allow (needs uv).
 	@for name in requirements requirements-test; do \

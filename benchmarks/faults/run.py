@@ -19,6 +19,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.serialization import deserialize_message
 from std_msgs.msg import Bool
 
 from benchmarks.faults.cases import CASES, FIX, Case
@@ -148,7 +149,7 @@ def play(case: Case, sent: Sequence[Sent], watch: Watch, processes: Processes) -
             processes.heal()
         watch.outlets[one.topic].publish(one.data)
         if foreign is not None and one.topic == FIX and BEGIN_S <= one.at_s < END_S:
-            fix = rclpy.serialization.deserialize_message(one.data, message_class(one.kind))
+            fix = deserialize_message(one.data, message_class(one.kind))
             fix.latitude += FOREIGN
             foreign.publish(fix)
     until = time.monotonic() + SETTLE_S

@@ -54,12 +54,13 @@ class _Past:
         self._horizon_ns = round(horizon_s * NANOSECONDS)
 
     def add(self, point: _Point) -> _Point | None:
-        """The newest point that is a horizon older, None before there is one."""
+        """The newest point that is a horizon older, None if there is none or after a gap."""
         self._points.append(point)
         while len(self._points) > 1 and self._points[1].t_ns <= point.t_ns - self._horizon_ns:
             self._points.popleft()
         first = self._points[0]
-        return first if first.t_ns <= point.t_ns - self._horizon_ns else None
+        older_ns = point.t_ns - first.t_ns - self._horizon_ns
+        return first if 0 <= older_ns <= MAX_GAP_S * NANOSECONDS else None
 
 
 class BarometerCheck:
@@ -143,9 +144,9 @@ class BarometerCheck:
         if point.t_ns - self._learnt[0].t_ns >= self._p.learn_s * NANOSECONDS:
             n = len(self._learnt)
             self._reference = (
-                sum(one.difference for one in self._learnt) / n,
-                sum(one.baro for one in self._learnt) / n,
-                sum(one.head for one in self._learnt) / n,
+                math.fsum(one.difference for one in self._learnt) / n,
+                math.fsum(one.baro for one in self._learnt) / n,
+                math.fsum(one.head for one in self._learnt) / n,
             )
             self._learnt = []
 
@@ -154,7 +155,8 @@ class BarometerCheck:
         at, baro, head = self._reference
         step = (point.difference - at) / REFERENCE_S
         limit = self._p.reference_rate
-        at += max(-limit, min(limit, step)) * self._interval_s
+        # Over an outage it would go beyond what it follows.
+        at += max(-limit, min(limit, step)) * min(self._interval_s, MAX_GAP_S)
         self._reference = (at, baro, head)
 
     def _allowance(self, climbed_m: float, head_m: float) -> float:

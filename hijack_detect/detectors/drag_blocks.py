@@ -92,7 +92,7 @@ class BlockBuilder:
         )
         self._parts.append((seconds, np.append(part, shaking)))
         self._worst = max(self._worst, *(sample.heading_variance for sample in samples))
-        total = sum(length for length, _ in self._parts)
+        total = math.fsum(length for length, _ in self._parts)
         return self._finish(stamp_ns, total) if total >= self._block_s else None
 
     def _finish(self, stamp_ns: int, seconds: float) -> FlightBlock:

@@ -83,10 +83,13 @@ class GnssSanityDetector:
             return None
         return self._verdict(stamp_ns, *lost)
 
-    def refused(self, name: str, sample: GpsSample, last: GpsSample) -> None:
+    def refused(
+        self, name: str, sample: GpsSample, last: GpsSample, before: GpsSample | None
+    ) -> None:
         """Note a sample refused for its stamp, see `Stage`; said with the next fix."""
         if name in ("fix", "velocity"):  # a number of satellites has the stamp of its fix
-            self._stamps.note(last.stamp_ns, copy=sample == last)
+            late = before is not None and before.stamp_ns < sample.stamp_ns < last.stamp_ns
+            self._stamps.note(last.stamp_ns, harmless=late or sample == last)
 
     def _judge(self, step: Step) -> Verdict:
         findings = {check.name: check.judge(step) for check in self._checks}

@@ -62,7 +62,7 @@ alert and never makes one."""
 def together(nats: Mapping[str, float]) -> float:
     """What detectors say together, nats by name: the sum, but of SHARED ones the largest."""
     shared = [said for name, said in nats.items() if name in SHARED]
-    alone = sum(said for name, said in nats.items() if name not in SHARED)
+    alone = math.fsum(said for name, said in nats.items() if name not in SHARED)
     return alone + max(shared, default=0.0)
 
 

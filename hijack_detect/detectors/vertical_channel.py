@@ -164,7 +164,7 @@ class VerticalChannel:
         gained = b.velocity - a.velocity
         self._manoeuvres.append((b.manoeuvre - a.manoeuvre) / dt)
         recent = list(self._manoeuvres)[-NOISE_RECENT:]
-        manoeuvre = sum(recent) / len(recent)
+        manoeuvre = math.fsum(recent) / len(recent)
         kept = math.exp(-dt / WANDER_S)
         f = np.eye(4)
         f[0, 1], f[0, 2], f[1, 2], f[3, 3] = dt, -0.5 * dt * dt, -dt, kept

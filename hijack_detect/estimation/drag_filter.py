@@ -153,7 +153,7 @@ class DragFilter:
         turn = np.array([block.turn for block in blocks])
         velocity = np.array([block.velocity for block in blocks])
         force = np.array([block.force for block in blocks])
-        seconds = sum(block.seconds for block in blocks) / len(blocks)
+        seconds = math.fsum(block.seconds for block in blocks) / len(blocks)
         r = self._noise.variance(self.residual, seconds)
         known = np.zeros((8, 8))
         known[:6, :6] = np.linalg.inv(self.covariance)

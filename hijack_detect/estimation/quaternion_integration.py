@@ -35,12 +35,12 @@ def quaternion_of(m: Array) -> PaperQuaternion:
     """Quaternion of a rotation matrix, Eqs. 9 and 10 (the first sign is that of q0: +)."""
     diagonal = (m[0, 0], m[1, 1], m[2, 2])
     signs = (m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1])
-    trace = sum(diagonal)
+    trace = math.fsum(diagonal)
     q = [
         math.copysign(0.5 * math.sqrt(max(0.0, 1.0 - trace + 2.0 * d)), sign)
         for d, sign in zip(diagonal, signs, strict=True)
     ]
-    return (math.sqrt(max(0.0, 1.0 - sum(x * x for x in q))), q[0], q[1], q[2])
+    return (math.sqrt(max(0.0, 1.0 - math.fsum(x * x for x in q))), q[0], q[1], q[2])
 
 
 def rotation_matrix(q: PaperQuaternion) -> Array:

@@ -18,6 +18,7 @@ from std_srvs.srv import Trigger
 
 from hijack_detect.detectors.fusion import Fusion, FusionResult
 from hijack_detect.detectors.fusion_parameters import FusionParameters
+from hijack_detect.detectors.verdict import State
 from hijack_detect.evaluation.monitor.graph import DETECTORS
 from hijack_detect.nodes.messages import fusion_message, verdict_from
 from hijack_detect.nodes.outlet import Outlet
@@ -137,8 +138,11 @@ class FusionNode(StageNode[FusionParameters]):
         """Say in /diagnostics what the monitor can tell."""
         silent_s = time.monotonic() - self._heard_s
         if self._result is None or silent_s > self.parameters.stale_s:
-            text = f"DEGRADED, no verdict of any detector for {silent_s:.0f} s"
-            self.diagnostics.tell(ALERT_SUBJECT, DiagnosticStatus.STALE, text, {})
+            missing = self.silent(self.parameters.stale_s)
+            who = ", ".join(missing) if 0 < len(missing) < len(DETECTORS) else "any detector"
+            text = f"DEGRADED, nothing can be said for {silent_s:.0f} s: no verdict of {who}"
+            values = {"state": State.STALE.value, "degraded": " ".join(missing)}
+            self.diagnostics.tell(ALERT_SUBJECT, DiagnosticStatus.STALE, text, values)
         else:
             self.diagnostics.publish(ALERT_SUBJECT, fusion_message(self._result).status[0])
 

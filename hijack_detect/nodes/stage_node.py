@@ -74,6 +74,7 @@ class StageNode(Node, Generic[P]):
         self.stage = Stage(lambda: self._make_component(self._settings))
         self.rejected: Counter[str] = Counter()
         self._received: Counter[str] = Counter()
+        self._newest_s: dict[str, float] = dict.fromkeys(inputs, time.monotonic())
         self._told: Counter[str] = Counter()
         self._logged_at: dict[str, float] = {}
         self.add_on_set_parameters_callback(self._check_change)
@@ -113,6 +114,11 @@ class StageNode(Node, Generic[P]):
         """
         return [(name, converted)]
 
+    def silent(self, seconds: float) -> list[str]:
+        """Inputs from which nothing has come for so long, by a clock that nobody sets."""
+        now_s = time.monotonic()
+        return [name for name, newest_s in self._newest_s.items() if now_s - newest_s > seconds]
+
     def ended(self) -> None:
         """The process was asked to end: nothing that should survive a crash survives that."""
 
@@ -136,6 +142,7 @@ class StageNode(Node, Generic[P]):
     def take(self, name: str, converted: Any, published_ns: int) -> None:
         """Take what a message of an input was converted to."""
         self._received[name] += 1
+        self._newest_s[name] = time.monotonic()
         outputs: list[Any] = []
         with self._outliving(name, lambda: repr(converted)):
             for source, one in self.samples(name, converted, published_ns):
@@ -144,7 +151,9 @@ class StageNode(Node, Generic[P]):
 
     def take_over(self, name: str, outputs: Sequence[Any], passed_ns: int) -> None:
         """Take another node's outputs as an input, which brings nothing more up to a stamp."""
-        self._received[name] += len(outputs)
+        if outputs:
+            self._received[name] += len(outputs)
+            self._newest_s[name] = time.monotonic()
         own: list[Any] = []
         with self._outliving(name, lambda: f"{len(outputs)} samples up to {passed_ns} ns"):
             own += self.stage.push_all(name, outputs)

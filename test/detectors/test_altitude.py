@@ -180,6 +180,19 @@ def test_weather_is_followed_and_an_attack_is_not() -> None:
     assert alarm < 75.0
 
 
+def test_an_hour_without_samples_is_no_change_within_a_minute() -> None:
+    """A clock that was set, or a long outage: the weather has moved by 3 m meanwhile."""
+    inputs = ("pressure", "velocity", "fix")
+    before = flight(60.0, inputs=inputs)
+    after = [
+        (name, replace(sample, stamp_ns=sample.stamp_ns + 3600 * SECOND))
+        for name, sample in flight(60.0, offset=lambda _: 3.0, inputs=inputs)
+    ]
+    margins = [one.margin for one in run(before + after)]
+    assert max(margins) < 0.5
+    assert margins[-1] < margins[len(margins) // 2 + 10]  # and it is followed
+
+
 def test_not_ready_until_the_reference_is_learnt() -> None:
     verdicts = run(flight(25.0, inputs=("pressure", "fix")))
     assert verdicts[0].state is State.NOT_READY

@@ -169,6 +169,18 @@ def test_repeated_stamps(metres: float, worst: State) -> None:
     assert verdicts[-1].state is State.NORMAL
 
 
+def test_fixes_that_were_overtaken_are_no_alarm() -> None:
+    """A radio link that swaps every fourth fix with the next one, but none is from before that."""
+    sent = flight(20.0)
+    places = [place for place, (name, _) in enumerate(sent) if name == "fix"]
+    for one, other in zip(places[8::4], places[9::4], strict=False):
+        sent[one], sent[other] = sent[other], sent[one]
+    verdicts = run(sent)
+    assert State.ALARM not in states(verdicts)
+    assert State.SUSPICIOUS in states(verdicts)
+    assert any("(0 of them neither copies nor overtaken)" in one.reason for one in verdicts)
+
+
 def test_what_is_said_of_stamps_does_not_depend_on_arrival() -> None:
     sent: Sent = []
     for name, sample in flight(20.0):

@@ -17,7 +17,8 @@ class StampsCheck:
 
     A refused sample is noted with the stamp of the last good one of its topic and told from the
     first fix after that, so that what is said does not depend on when topics arrive. A copy of
-    the last good sample (a bridge that publishes twice) is SUSPICIOUS at most.
+    the last good sample (a bridge that publishes twice) and one that was overtaken by the next (a
+    radio link) are SUSPICIOUS at most.
     """
 
     name = "time"
@@ -28,19 +29,21 @@ class StampsCheck:
         self._window_ns = round(window_s * NANOSECONDS)
         self._refused: deque[tuple[int, bool]] = deque(maxlen=KEPT)
 
-    def note(self, after_ns: int, *, copy: bool) -> None:
-        """Note a refused sample, whether it is a copy, and the last good stamp of its topic."""
-        self._refused.append((after_ns, copy))
+    def note(self, after_ns: int, *, harmless: bool) -> None:
+        """Note a refused sample, whether it is harmless, and the last good stamp of its topic."""
+        self._refused.append((after_ns, harmless))
 
     def judge(self, step: Step) -> Finding:
         """See Check."""
         now = step.stamp_ns
-        recent = [copy for after, copy in self._refused if 0 < now - after <= self._window_ns]
+        recent = [
+            harmless for after, harmless in self._refused if 0 < now - after <= self._window_ns
+        ]
         broken = len(recent) - sum(recent)
         margin = max(broken / self._alarm_count, min(0.9, len(recent) / self._alarm_count))
         state = State.SUSPICIOUS if len(recent) >= SUSPICIOUS_FROM else State.NORMAL
         text = (
             f"{len(recent)} stamps repeat, run back or jump within "
-            f"{self._window_ns / NANOSECONDS:g} s ({broken} of them no copies)"
+            f"{self._window_ns / NANOSECONDS:g} s ({broken} of them neither copies nor overtaken)"
         )
         return Finding(margin, State.ALARM if margin >= 1.0 else state, text)

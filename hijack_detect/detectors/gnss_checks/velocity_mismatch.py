@@ -126,8 +126,8 @@ def _clipped(residual: Vector3, dt_s: float) -> Vector3:
 
 def _without_lag(difference: Vector3, change: Vector3) -> Vector3:
     """The part of a difference that no lag within LAG_S explains."""
-    squared = sum(one * one for one in change)
+    squared = math.fsum(one * one for one in change)
     if squared == 0.0:
         return difference
-    lag = sum(a * b for a, b in zip(difference, change, strict=True)) / squared
+    lag = math.fsum(a * b for a, b in zip(difference, change, strict=True)) / squared
     return plus(difference, change, -max(-LAG_S, min(LAG_S, lag)))

@@ -39,7 +39,7 @@ class HearsRefused(Protocol):
     other reason depends on the order in which inputs arrive.
     """
 
-    def refused(self, name: str, sample: Any, last: Any) -> None:
+    def refused(self, name: str, sample: Any, last: Any, before: Any) -> None:
         """Note a refused sample.
 
         It is told before any sample with a stamp above that of `last` is given, unless its input
@@ -50,6 +50,7 @@ class HearsRefused(Protocol):
             name: The input.
             sample: The sample that is left out.
             last: The last sample of this input that was in order.
+            before: The one before that, None if there is none.
         """
 
 
@@ -67,8 +68,8 @@ class Stage:
         self._merge: StreamMerge[Any] = StreamMerge(self.component.inputs)
         self.restarts = 0
         """Times that the clock ran backwards and everything began afresh."""
-        self._last: dict[str, Any] = {}
-        """The last sample of each input that was in order."""
+        self._last: dict[str, tuple[Any, Any]] = {}
+        """The last two samples of each input that were in order, the newest first."""
 
     @property
     def refused(self) -> Counter[str]:
@@ -93,9 +94,9 @@ class Stage:
             self.restarts += 1
             self._last.clear()
         if not self._merge.out_of_order:
-            self._last[name] = sample
+            self._in_order(name, [sample])
         elif isinstance(self.component, HearsRefused):
-            self.component.refused(name, sample, self._last[name])
+            self.component.refused(name, sample, *self._last[name])
         return self._outputs(ready)
 
     def push_all(self, name: str, samples: Sequence[Any]) -> list[Any]:
@@ -109,8 +110,8 @@ class Stage:
         while at < len(samples):
             taken, ready = self._merge.push_run(name, samples[at:])
             if taken:
+                self._in_order(name, samples[at : at + taken])
                 at += taken
-                self._last[name] = samples[at - 1]
                 outputs += self._outputs(ready)
             else:
                 outputs += self.push(name, samples[at])
@@ -125,6 +126,10 @@ class Stage:
     def passed_ns(self) -> int:
         """No output will have a stamp up to this one: none is older than what it follows from."""
         return self._merge.certain_ns
+
+    def _in_order(self, name: str, samples: Sequence[Any]) -> None:
+        before = samples[-2] if len(samples) > 1 else self._last.get(name, (None,))[0]
+        self._last[name] = (samples[-1], before)
 
     def _outputs(self, ready: list[tuple[str, Any]]) -> list[Any]:
         outputs = []

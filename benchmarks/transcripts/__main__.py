@@ -1,0 +1,32 @@
+"""Writes the transcripts anew, or says whether every bit is the same.
+
+python -m benchmarks.transcripts            writes benchmarks/transcripts/*.txt
+python -m benchmarks.transcripts --digest   prints a hash of every bit of each replay
+"""
+
+from __future__ import annotations
+
+from hashlib import sha256
+
+import click
+
+from benchmarks.transcripts.transcript import REPLAYS, digest, transcript
+
+
+@click.command()
+@click.option("--digest", "only_digest", is_flag=True, help="Print hashes and write nothing.")
+@click.option("--rounded", is_flag=True, help="Hashes of the transcripts, not of every bit.")
+def main(only_digest: bool, rounded: bool) -> None:
+    """Run the replays."""
+    for replay in REPLAYS:
+        run = replay.run()
+        if only_digest:
+            found = sha256(transcript(run).encode()).hexdigest() if rounded else digest(run)
+            click.echo(f"{found} {replay.name}")
+        else:
+            replay.path.write_text(transcript(run), encoding="utf-8")
+            click.echo(replay.path)
+
+
+if __name__ == "__main__":
+    main()

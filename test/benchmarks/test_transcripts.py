@@ -1,0 +1,34 @@
+"""A change indicator: nothing that the monitor says of four replays changes unnoticed."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from benchmarks.transcripts.transcript import REPLAYS, Replay, digest, transcript
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.mark.parametrize("replay", REPLAYS, ids=lambda replay: replay.name)
+def test_the_monitor_says_what_it_said(replay: Replay) -> None:
+    """After a change that is meant: python -m benchmarks.transcripts, and look at the diff."""
+    assert transcript(replay.run()) == replay.path.read_text(encoding="utf-8")
+
+
+def test_another_process_gives_the_same_bits() -> None:
+    command = [sys.executable, "-m", "benchmarks.transcripts", "--digest"]
+    done = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True)
+    told = dict(reversed(line.split()) for line in done.stdout.splitlines())
+    assert told[REPLAYS[2].name] == digest(REPLAYS[2].run())
+    assert len(set(told.values())) == len(REPLAYS)
+
+
+def test_the_transcripts_show_alerts_and_scores() -> None:
+    texts = {replay.name: replay.path.read_text(encoding="utf-8") for replay in REPLAYS}
+    assert "alert true" in texts["curved_8-carry_off-default"]
+    assert "alert true" not in texts["curved_no_velocity_5-clean-default"]
+    assert all("stamp_ns fusion correlation" in text for text in texts.values())
