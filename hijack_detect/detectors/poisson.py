@@ -44,7 +44,8 @@ def divergence(mean: float, other: float) -> float:
         return other
     if abs(difference) < 0.1 * total < math.inf:
         return _near(mean, difference, difference / total)
-    return min(mean * (math.log(mean) - math.log(other)) - difference, sys.float_info.max)
+    found = mean * (math.log(mean) - math.log(other)) - difference
+    return min(max(found, 0.0), sys.float_info.max)  # near the largest numbers, rounding is all
 
 
 def mixed_divergence(mean: float, other: float, shape: float) -> float:

@@ -86,6 +86,7 @@ def test_pmf_of_a_longitude_is_exact(count: int, away: int) -> None:
 @example(1.7e308, 5e-324)
 @example(0.0, 1.7e308)
 @example(5e-324, 0.0)
+@example(1.6999997363084444e308, 1.699999999869202e308)
 def test_no_input_overflows(x: float, mean: float) -> None:
     assert LOG_SMALLEST <= log_pmf(x, mean) <= 0.0 or x < 1.0
     assert math.isfinite(log_pmf(x, mean))

@@ -181,6 +181,7 @@ def test_a_result_of_the_fusion_as_message() -> None:
         "alert_since_ns": "4",
         "confidence": "1.0",
         "lost": "correlation",
+        "degraded": "correlation",
         "causes": "date",
         "date.state": "alarm",
         "date.margin": "2.0",
