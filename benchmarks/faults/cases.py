@@ -77,6 +77,7 @@ CASES: Mapping[str, Case] = {
     "clock_forward": Case("the clock jumps 1 h forward", clock(3600.0), lasting=True),
     "clock_back": Case("the clock jumps 1 h back", clock(-3600.0), lasting=True),
     "leap_second": Case("a leap second: the clock is set back 1 s", clock(-1.0), lasting=True),
+    "second_forward": Case("the clock is set forward 1 s", clock(1.0), lasting=True),
     "from_zero": Case("stamps from 0", from_zero),
     "paused": Case(
         "`use_sim_time`, and ROS time stands still", arguments=("-p", "use_sim_time:=true")

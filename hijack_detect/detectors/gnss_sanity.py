@@ -19,6 +19,7 @@ from hijack_detect.detectors.gnss_checks.velocity_mismatch import (
 )
 from hijack_detect.detectors.gnss_sanity_parameters import GnssSanityParameters
 from hijack_detect.detectors.input_watch import InputWatch
+from hijack_detect.detectors.set_back import SetBack
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.streams.merge import SENSOR_PATIENCE_S
 from hijack_detect.streams.samples import NANOSECONDS, FixSample, GpsSample, VelocitySample
@@ -41,6 +42,7 @@ class GnssSanityDetector:
             ("velocity", "satellites", "fix"), SENSOR_PATIENCE_S
         )
         self._track = Track()
+        self._set_back = {name: SetBack() for name in ("fix", "velocity")}
         self._watch = InputWatch(("fix",))
         self._mismatch = VelocityMismatchCheck(_mismatch_limits(p))
         self._stamps = StampsCheck(p.stamps_alarm, p.stamps_in_s)
@@ -70,6 +72,11 @@ class GnssSanityDetector:
             self._watch.see("fix", stamp_ns)
             if not sample.has_fix:
                 return self._verdict(stamp_ns, State.NOT_OBSERVABLE, "the receiver has no fix")
+            if caught_up := self._set_back["fix"].caught_up(sample.stamp_ns):
+                self._track = Track()
+                for refused in caught_up:
+                    if isinstance(refused, FixSample) and refused.has_fix:
+                        self._track.fix(refused)
             step = self._track.fix(sample)
             if step is None:
                 return self._verdict(stamp_ns, State.NOT_READY, "only one fix yet")
@@ -89,7 +96,8 @@ class GnssSanityDetector:
         """Note a sample refused for its stamp, see `Stage`; said with the next fix."""
         if name in ("fix", "velocity"):  # a number of satellites has the stamp of its fix
             late = before is not None and before.stamp_ns < sample.stamp_ns < last.stamp_ns
-            self._stamps.note(last.stamp_ns, harmless=late or sample == last)
+            set_back = self._set_back[name].goes_on(sample, last)
+            self._stamps.note(last.stamp_ns, harmless=set_back or late or sample == last)
 
     def _judge(self, step: Step) -> Verdict:
         findings = {check.name: check.judge(step) for check in self._checks}

@@ -8,6 +8,7 @@ from hijack_detect.detectors.input_watch import InputWatch
 from hijack_detect.detectors.kld_parameters import NAMES, KldParameters
 from hijack_detect.detectors.kld_series import DistributionSeries, Divergence, RowSeries, Series
 from hijack_detect.detectors.kld_values import Changes, Table2Values, Values
+from hijack_detect.detectors.set_back import SetBack
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.streams.samples import NANOSECONDS, FixSample, GpsSample
 
@@ -48,11 +49,16 @@ class KldDetector:
         """Start with empty windows."""
         self._parameters = p = parameters
         self.inputs = dict.fromkeys(("velocity", "satellites", "fix"), p.patience_s)
-        self._values: Values = Changes(p) if p.mode == "hardened" else Table2Values()
-        self._watched: dict[str, _Watched] = {}
+        self._set_back = SetBack()
+        self._begin()
         self._max_gap_ns = round(p.max_gap_s * NANOSECONDS)
         self._watch = InputWatch(("fix",))
         self._latched: tuple[int, str] | None = None
+
+    def _begin(self) -> None:
+        p = self._parameters
+        self._values: Values = Changes(p) if p.mode == "hardened" else Table2Values()
+        self._watched: dict[str, _Watched] = {}
 
     def reset(self) -> None:
         """Take a kept alarm back (service `~/reset`)."""
@@ -64,6 +70,8 @@ class KldDetector:
 
     def update(self, name: str, sample: GpsSample) -> Verdict | None:
         """Take the next sample in order of stamp; every fix gives a verdict."""
+        if isinstance(sample, FixSample) and self._set_back.caught_up(sample.stamp_ns):
+            self._begin()
         if isinstance(sample, FixSample) and not sample.has_fix:
             return self._verdict(sample.stamp_ns, State.NOT_OBSERVABLE, "the receiver has no fix")
         self._watch.see(name, sample.stamp_ns)
@@ -75,6 +83,13 @@ class KldDetector:
         if lost is None or not self._watch.due(sample.stamp_ns):
             return None
         return self._verdict(sample.stamp_ns, *lost)
+
+    def refused(
+        self, name: str, sample: GpsSample, last: GpsSample, before: GpsSample | None
+    ) -> None:
+        """Note a sample refused for its stamp, see `Stage`; windows end where a clock is set."""
+        if name == "fix":
+            self._set_back.goes_on(sample, last)
 
     def _add(self, parameter: str, stamp_ns: int, count: float | None) -> None:
         """Let a count into its series, which starts over after a gap."""

@@ -22,6 +22,11 @@ SKEW_S = 1.0
 inputs have moved on is a matter of luck."""
 RESTART_S = 5.0
 """A clock that runs back by more than this is that of a new recording."""
+CLOCKS = ("imu", "attitude")
+"""Inputs that tell when the clock behind all stamps was set back: they have the stamps of the
+IMU, which no attacker of the receiver can reach."""
+SET_BACK_S = 0.1
+"""The stamps of CLOCKS never run back so far for another reason."""
 SENSOR_PATIENCE_S = SILENCE_S + SKEW_S
 """How long to wait for a sensor that has gone silent, on the stamps of the other inputs."""
 
@@ -41,6 +46,7 @@ S = TypeVar("S", bound=Stamped)
 class _Input:
     index: int
     patience_ns: int
+    restart_ns: int
     latest_ns: int | None = None
     doubted_ns: int | None = None
     """A stamp that did not follow on the one before; the next one shows which was right."""
@@ -60,14 +66,13 @@ class StreamMerge(Generic[S]):
     backwards, is left out until the next sample of its input follows on it, so that a single
     broken stamp changes nothing. After a gap the input joins again one second later, after a
     jump backwards (a looped bag, a clock that was set) everything begins afresh, and
-    `restarted` is true for that call.
+    `restarted` is true for that call; with one of CLOCKS a small jump is enough.
     """
 
     def __init__(self, patience_s: Mapping[str, float]) -> None:
         """Make a merge of inputs, given how long to wait for each, in seconds."""
         self._silence_ns = round(SILENCE_S * NANOSECONDS)
         self._skew_ns = round(SKEW_S * NANOSECONDS)
-        self._restart_ns = round(RESTART_S * NANOSECONDS)
         self.refused: Counter[str] = Counter()
         """Samples left out, by reason."""
         self.out_of_order = False
@@ -83,7 +88,9 @@ class StreamMerge(Generic[S]):
 
     def _begin(self) -> None:
         self._inputs = {
-            name: _Input(index, patience)
+            name: _Input(
+                index, patience, round((SET_BACK_S if name in CLOCKS else RESTART_S) * NANOSECONDS)
+            )
             for index, (name, patience) in enumerate(self._patience_ns.items())
         }
         self._waiting: list[tuple[int, int, str, S]] = []
@@ -173,7 +180,7 @@ class StreamMerge(Generic[S]):
         if latest is None or 0 < stamp - latest <= self._silence_ns:
             source.doubted_ns = None
             return True
-        if 0 <= latest - stamp <= self._restart_ns:
+        if 0 <= latest - stamp <= source.restart_ns:
             self._refuse(name, "stamp does not increase")
             return False
         if doubted is None or not 0 < stamp - doubted <= self._silence_ns:

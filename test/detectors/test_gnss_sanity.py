@@ -178,7 +178,38 @@ def test_fixes_that_were_overtaken_are_no_alarm() -> None:
     verdicts = run(sent)
     assert State.ALARM not in states(verdicts)
     assert State.SUSPICIOUS in states(verdicts)
-    assert any("(0 of them neither copies nor overtaken)" in one.reason for one in verdicts)
+    assert any("(0 of them neither copies, nor overtaken," in one.reason for one in verdicts)
+
+
+def set_by(shift_s: float, offset_m: float = 0.0) -> Sent:
+    """A flight with 20 m/s whose clock is set at 10 s; from then on the position is off."""
+    shift_ns, at_ns = round(shift_s * SECOND), START_NS + 10 * SECOND
+    sent = flight(20.0, lambda t: (offset_m if t >= 10.0 else 0.0, 0.0, 0.0), speed=20.0)
+    return [
+        (name, dataclasses.replace(one, stamp_ns=one.stamp_ns + shift_ns * (one.stamp_ns >= at_ns)))
+        for name, one in sent
+    ]
+
+
+@pytest.mark.parametrize("shift_s", [-3.0, -1.0, 1.0, 1.7])
+def test_a_clock_that_is_set_makes_no_jump(shift_s: float) -> None:
+    verdicts = run(set_by(shift_s))
+    assert State.ALARM not in states(verdicts)
+    assert not any(one.reason.startswith("jump") for one in verdicts)
+    assert verdicts[-1].state is State.NORMAL
+
+
+def test_a_clock_set_forward_hides_no_jump_to_the_side() -> None:
+    assert first(run(set_by(1.0, 60.0)), State.ALARM).reason.startswith("jump")
+
+
+def test_after_a_clock_was_set_back_jumps_are_seen_at_the_first_fix_in_order() -> None:
+    sent = set_by(-1.0)
+    before, *after = [at for at, (name, _) in enumerate(sent) if name == "fix"][49:]
+    caught_up = next(at for at in after if sent[at][1].stamp_ns > sent[before][1].stamp_ns)
+    _, place = sent[caught_up]
+    sent[caught_up] = ("fix", dataclasses.replace(place, latitude_deg=place.latitude_deg + 0.001))
+    assert any(one.reason.startswith("jump: position jumped by 11") for one in run(sent))
 
 
 def test_what_is_said_of_stamps_does_not_depend_on_arrival() -> None:

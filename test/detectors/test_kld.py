@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 import math
 import tracemalloc
@@ -278,6 +279,20 @@ def test_after_a_gap_the_windows_start_over() -> None:
         State.NOT_READY,
         State.NORMAL,
     ]
+
+
+def test_a_clock_that_is_set_back_starts_the_windows_over() -> None:
+    samples = flight(30.0)
+    at_ns = samples[0][1].stamp_ns + 15 * SECOND
+    set_back = [
+        (name, dataclasses.replace(one, stamp_ns=one.stamp_ns - SECOND))
+        if one.stamp_ns >= at_ns
+        else (name, one)
+        for name, one in samples
+    ]
+    stage = Stage(lambda: KldDetector(KldParameters()))
+    found = [verdict for name, one in set_back for verdict in stage.push(name, one)]
+    assert states(found) == [State.NOT_READY, State.NORMAL, State.NOT_READY, State.NORMAL]
 
 
 def test_a_receiver_without_fix_is_not_observable() -> None:

@@ -316,6 +316,20 @@ def test_a_stamp_that_runs_back_a_lot_starts_afresh_for_that_call_only() -> None
     assert released == [("a", 100), ("b", 100), ("a", 200), ("b", 200)]
 
 
+@pytest.mark.parametrize(("name", "restarts"), [("imu", True), ("attitude", True), ("fix", False)])
+def test_the_imu_tells_that_a_clock_was_set_back_a_little(name: str, restarts: bool) -> None:
+    merge = merge_of(name, "b")
+    deliver(merge, [(name, 10_000), ("b", 10_000)])
+    sent = [(name, 9_850), (name, 9_855), ("b", 9_860), (name, 9_865)]
+    assert bool(deliver(merge, sent)) is restarts
+
+
+def test_an_imu_sample_that_was_overtaken_is_refused() -> None:
+    merge = merge_of("imu")
+    sent = [("imu", ms) for ms in (10_000, 10_010, 10_005, 9_950, 9_955, 10_015)]
+    assert deliver(merge, sent) == [("imu", 10_000), ("imu", 10_010), ("imu", 10_015)]
+
+
 def test_one_stamp_far_in_the_past_changes_nothing() -> None:
     merge = merge_of("a", "b")
     deliver(merge, [("a", 10_000), ("b", 10_000), ("a", 0)])

@@ -15,6 +15,8 @@ WINDOW_NS = 11 * NANOSECONDS // 10
 REPEATS, REPEAT_NS = 3, 5 * NANOSECONDS
 """So many jumps within this time are an alarm: a reflection comes and goes, it does not hop."""
 APART_NS = NANOSECONDS // 10
+GAP_S, GAP_TIMES = 0.5, 2.5
+"""A gap is longer than this, and than so many times the step before."""
 STRIDE = 4.0 / 3.0
 """Limit over 1 s against the limit of one step: the noise of several fixes."""
 
@@ -34,7 +36,8 @@ class JumpCheck:
     """Step of position against the step to expect, horizontally or in height.
 
     What one step may differ by grows with the time in which the vehicle was not seen: with
-    velocities at both ends an acceleration a hides a dt²/4, from fixes alone a dt².
+    velocities at both ends an acceleration a hides a dt²/4, from fixes alone a dt². After a gap the
+    clock may have been set forward in it; a vehicle that falls short on its way has not jumped.
     """
 
     def __init__(self, name: str, limits: JumpLimits, *, vertical: bool) -> None:
@@ -45,10 +48,13 @@ class JumpCheck:
         self._steps: deque[tuple[int, Vector3]] = deque()
         self._sum: Vector3 = ZERO
         self._jumps: deque[int] = deque(maxlen=REPEATS)
+        self._blind_s = math.inf
 
     def judge(self, step: Step) -> Finding:
         """See Check."""
-        residual = step.residual
+        before_s, self._blind_s = self._blind_s, step.blind_s
+        gap = step.blind_s > max(GAP_S, GAP_TIMES * before_s)
+        residual = step.off_path if gap else step.residual
         if residual is None:
             self._forget()
             return Finding()

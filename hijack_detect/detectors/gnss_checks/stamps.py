@@ -17,8 +17,9 @@ class StampsCheck:
 
     A refused sample is noted with the stamp of the last good one of its topic and told from the
     first fix after that, so that what is said does not depend on when topics arrive. A copy of
-    the last good sample (a bridge that publishes twice) and one that was overtaken by the next (a
-    radio link) are SUSPICIOUS at most.
+    the last good sample (a bridge that publishes twice), one that was overtaken by the next (a
+    radio link) and one that follows on a refused one (a clock that was set back) are SUSPICIOUS at
+    most.
     """
 
     name = "time"
@@ -44,6 +45,7 @@ class StampsCheck:
         state = State.SUSPICIOUS if len(recent) >= SUSPICIOUS_FROM else State.NORMAL
         text = (
             f"{len(recent)} stamps repeat, run back or jump within "
-            f"{self._window_ns / NANOSECONDS:g} s ({broken} of them neither copies nor overtaken)"
+            f"{self._window_ns / NANOSECONDS:g} s ({broken} of them neither copies, nor overtaken, "
+            "nor of a clock set back)"
         )
         return Finding(margin, State.ALARM if margin >= 1.0 else state, text)

@@ -55,6 +55,15 @@ class Step:
         return None if self.expected is None else minus(self.moved, self.expected)
 
     @property
+    def off_path(self) -> Vector3 | None:
+        """The part of the residual that falling short on the expected way does not explain."""
+        if self.expected is None:
+            return None
+        squared = dot(self.expected, self.expected)
+        part = dot(self.moved, self.expected) / squared if squared else 0.0
+        return plus(self.moved, self.expected, -max(0.0, min(1.0, part)))
+
+    @property
     def still(self) -> bool:
         """Whether the position repeats bit by bit."""
         return _place(self.fix) == _place(self.previous)
@@ -94,9 +103,14 @@ def plus(a: Vector3, b: Vector3, times: float = 1.0) -> Vector3:
     return (a[0] + times * b[0], a[1] + times * b[1], a[2] + times * b[2])
 
 
+def dot(a: Vector3, b: Vector3) -> float:
+    """Scalar product of two vectors."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
 def length(a: Vector3) -> float:
     """Length of a vector."""
-    return math.sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2])
+    return math.sqrt(dot(a, a))
 
 
 def _place(fix: FixSample) -> Vector3:
