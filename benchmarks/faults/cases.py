@@ -18,6 +18,7 @@ from benchmarks.faults.flight import (
     twice,
 )
 from hijack_detect.nodes import COMPOSED, MONITOR
+from hijack_detect.simulation.plan import Place
 
 FIX, VELOCITY, IMU = "/gps/fix", "/gps/vel", "/imu/data_raw"
 
@@ -36,6 +37,7 @@ class Case:
         arguments: Further ROS arguments of the monitor.
         second: Whether a second publisher sends fixes from elsewhere.
         reliable: Whether the inputs are published reliable; else best effort.
+        place: Where the flight is.
     """
 
     words: str
@@ -47,6 +49,7 @@ class Case:
     arguments: tuple[str, ...] = ()
     second: bool = False
     reliable: bool = True
+    place: Place | None = None
 
 
 def _signals(node: str, composed: bool) -> dict[str, Case]:
@@ -60,6 +63,15 @@ def _signals(node: str, composed: bool) -> dict[str, Case]:
         ),
     }
 
+
+PLACES = {
+    "antimeridian": ("across the antimeridian", (-17.0, -179.999, 50.0)),
+    "greenwich": ("across the equator and Greenwich", (0.0003, -0.0003, 20.0)),
+    "north_pole": ("1.1 km from the North Pole", (89.99, 10.0, 0.0)),
+    "south_pole": ("11 km from the South Pole, 2,835 m", (-89.9, -120.0, 2835.0)),
+    "south_west": ("33° South, 70° West, 400 m below the ellipsoid", (-33.0, -70.0, -400.0)),
+    "high": ("28° North, 87° East, 9,000 m", (28.0, 86.9, 9000.0)),
+}
 
 CASES: Mapping[str, Case] = {
     "none": Case("nothing, for comparison"),
@@ -88,4 +100,5 @@ CASES: Mapping[str, Case] = {
         arguments=("--params-file", "config/replay.yaml"),
         reliable=False,
     ),
+    **{name: Case(f"none, {words}", place=Place.at(*at)) for name, (words, at) in PLACES.items()},
 }

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from benchmarks.speed.load import load_bag
 from hijack_detect.bags.reader import BagReader
+from hijack_detect.simulation.plan import Place
 from hijack_detect.streams.samples import NANOSECONDS
 
 BEGIN_S, END_S, FLIGHT_S = 45.0, 55.0, 95.0
@@ -45,9 +46,9 @@ Fault = Callable[[Sequence[Sent]], list[Sent]]
 """What becomes of the messages of a flight."""
 
 
-def flight(folder: Path) -> list[Sent]:
+def flight(folder: Path, place: Place | None = None) -> list[Sent]:
     """The messages of a clean simulated flight, with every sensor."""
-    with BagReader(load_bag(folder, FLIGHT_S, IMU_HZ)) as reader:
+    with BagReader(load_bag(folder, FLIGHT_S, IMU_HZ, place=place)) as reader:
         return [
             Sent((raw.log_ns - reader.start_ns) / NANOSECONDS, raw.topic, raw.msgtype, raw.data)
             for raw in reader.messages()

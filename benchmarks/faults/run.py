@@ -188,7 +188,7 @@ def found(watch: Watch, output: str, codes: Sequence[int]) -> dict[str, Any]:
 def main(name: str, folder: Path, domain: int) -> None:
     """Run the fault NAME with bags in FOLDER and print what was found as JSON."""
     case = CASES[name]
-    sent = case.fault(flight(folder))
+    sent = case.fault(flight(folder, case.place))
     setting = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST", "ROS_DOMAIN_ID": str(domain)}
     os.environ.update(setting)
     with tempfile.TemporaryDirectory() as home, tempfile.TemporaryFile() as log:

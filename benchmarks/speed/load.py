@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,8 @@ from hijack_detect.bags.encoding import encode_count, encode_pressure, encode_sa
 from hijack_detect.bags.topics import PRESETS
 from hijack_detect.bags.writer import BagWriter
 from hijack_detect.simulation.flight import generate_flight
-from hijack_detect.simulation.plan import FlightPlan
+from hijack_detect.simulation.gps import velocity_there
+from hijack_detect.simulation.plan import FlightPlan, Place
 from hijack_detect.streams.samples import NANOSECONDS, FixSample, ImuSample, VelocitySample
 
 SEED = 1
@@ -21,12 +23,20 @@ NOISE = (0.01, 0.1)
 """Of gyroscope and accelerometer, rad/s and m/s²: resampled readings alone would be too smooth."""
 
 
-def load_bag(folder: Path, seconds: float, imu_hz: int, gps_hz: int = 10) -> Path:
-    """The bag of a flight so long and at these rates; made if it is not there."""
+def load_bag(
+    folder: Path, seconds: float, imu_hz: int, gps_hz: int = 10, place: Place | None = None
+) -> Path:
+    """The bag of a flight so long, at these rates, somewhere; made if it is not there."""
     path = folder / f"load_{seconds:g}s_{imu_hz}hz_{gps_hz}hz"
+    if place is not None:
+        where = (place.latitude_deg, place.longitude_deg, place.altitude_m)
+        path = path.with_name("_".join([path.name, *(f"{number:g}" for number in where)]))
     if path.is_dir():
         return path
-    flight = generate_flight(FlightPlan("curved", duration_s=seconds), SEED)
+    flight = generate_flight(FlightPlan("curved", duration_s=seconds, place=place or Place()), SEED)
+    velocities = flight.velocities
+    if place is not None:
+        velocities = list(map(partial(velocity_there, place), flight.fixes, velocities))
     topics = PRESETS["default"]
     rng = np.random.default_rng(SEED)
 
@@ -48,13 +58,15 @@ def load_bag(folder: Path, seconds: float, imu_hz: int, gps_hz: int = 10) -> Pat
                 flight.fixes,
                 gps_hz,
                 lambda s: (s.latitude_deg, s.longitude_deg, s.altitude_m),
-                lambda row: replace(FixSample(int(row[0]), *row[1:]), accuracy_m=1.0),
+                lambda row: FixSample(
+                    int(row[0]), row[1], math.remainder(row[2], 360.0), row[3], accuracy_m=1.0
+                ),
             ),
         ),
         (
             topics.velocity,
             _resampled(
-                flight.velocities,
+                velocities,
                 gps_hz,
                 lambda s: s.velocity,
                 lambda row: VelocitySample(int(row[0]), (row[1], row[2], row[3])),
@@ -82,7 +94,7 @@ def _resampled(
 ) -> list[tuple[int, tuple[str, bytes]]]:
     """Stamps and encoded samples on a new grid, linear between the old ones."""
     stamps = np.array([one.stamp_ns for one in samples])
-    values = np.array([numbers(one) for one in samples])
+    values = np.unwrap([numbers(one) for one in samples], period=360.0, axis=0)  # longitudes
     grid = np.arange(stamps[0], stamps[-1], NANOSECONDS // hz)
     columns = [np.interp(grid - stamps[0], stamps - stamps[0], column) for column in values.T]
     rows = zip(grid.tolist(), *(column.tolist() for column in columns), strict=True)

@@ -14,6 +14,8 @@ MODEL_YEAR = 2025.0
 """Epoch of the World Magnetic Model. A fixed one keeps results reproducible; declination moves
 by less than 0.2° a year, far below a magnetometer's own error."""
 
+NANOTESLA = 1e-9
+
 
 @cache
 def _model() -> GeoMag:
@@ -26,6 +28,14 @@ def declination(latitude_deg: float, longitude_deg: float, altitude_m: float) ->
         glat=latitude_deg, glon=longitude_deg, alt=altitude_m / 1000.0, time=MODEL_YEAR
     )
     return math.radians(result.d)
+
+
+def field_enu(latitude_deg: float, longitude_deg: float, altitude_m: float) -> Vector3:
+    """Magnetic field, tesla in ENU (World Magnetic Model)."""
+    result = _model().calculate(
+        glat=latitude_deg, glon=longitude_deg, alt=altitude_m / 1000.0, time=MODEL_YEAR
+    )
+    return (result.y * NANOTESLA, result.x * NANOTESLA, -result.z * NANOTESLA)
 
 
 def heading_error(

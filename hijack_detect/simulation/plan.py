@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from hijack_detect.estimation.magnetic import field_enu
 from hijack_detect.simulation.disturbances import Disturbances
 
 ROUTES = ("straight", "curved", "hover", "fixed_yaw", "survey")
@@ -29,6 +30,12 @@ class Place:
     longitude_deg: float = 149.165
     altitude_m: float = 584.0
     field_enu_t: tuple[float, float, float] = (5.1693e-6, 23.0145e-6, 53.0911e-6)
+
+    @classmethod
+    def at(cls, latitude_deg: float, longitude_deg: float, altitude_m: float) -> Place:
+        """A place with the field that the World Magnetic Model has there."""
+        field = field_enu(latitude_deg, longitude_deg, altitude_m)
+        return cls(latitude_deg, longitude_deg, altitude_m, field)
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,53 @@
+"""The same flight anywhere on Earth: quiet while it is clean, alerted when it is carried off."""
+
+from __future__ import annotations
+
+import pytest
+
+from hijack_detect.evaluation.monitor.graph import Monitor
+from hijack_detect.evaluation.monitor.offline import outputs_of
+from hijack_detect.evaluation.monitor.policies import policy_parameters
+from hijack_detect.simulation.flight import generate_flight
+from hijack_detect.simulation.gps import velocity_there
+from hijack_detect.simulation.plan import FlightPlan, Place
+from hijack_detect.spoofing.scenario import parse_scenario
+from hijack_detect.spoofing.spoofer import Spoofer
+from hijack_detect.streams.samples import NANOSECONDS, Sample
+
+ONSET_S, WITHIN_S = 60.0, 5.0
+DRIFT = {
+    "type": "drift",
+    "speed_m_s": 12.0,
+    "bearing_deg": 80.0,
+    "onset_acceleration_m_s2": 1.5,
+}
+
+
+@pytest.mark.parametrize(
+    "place",
+    [
+        pytest.param((-17.0, 179.999, 50.0), id="antimeridian"),
+        pytest.param((0.0003, -0.0003, 20.0), id="equator and Greenwich"),
+        pytest.param((-33.0, -70.0, -400.0), id="South West, 400 m below the ellipsoid"),
+        pytest.param((28.0, 86.9, 9000.0), id="9000 m"),
+        pytest.param((89.99, 10.0, 0.0), id="1.1 km from the North Pole"),
+        pytest.param((-89.9, -120.0, 2835.0), id="11 km from the South Pole"),
+    ],
+)
+def test_a_place(place: tuple[float, float, float]) -> None:
+    start = Place.at(*place)
+    flight = generate_flight(FlightPlan("curved", duration_s=75.0, place=start), 1)
+    spoofer = Spoofer(
+        parse_scenario({"segments": [{"start": ONSET_S, "model": DRIFT}]}), flight.imu[0].stamp_ns
+    )
+    sent: list[tuple[str, Sample]] = [("imu", one) for one in flight.imu]
+    sent += [("mag", one) for one in flight.magnetics]
+    for fix, velocity in zip(flight.fixes, flight.velocities, strict=True):
+        sent.append(("fix", spoofer.fix(fix)))
+        sent.append(("velocity", spoofer.velocity(velocity_there(start, fix, velocity))))
+    sent.sort(key=lambda one: one[1].stamp_ns)
+    monitor = Monitor(policy_parameters("default"))
+    results = [output for part, output in outputs_of(sent, monitor) if part == "fusion"]
+    first_ns = next(one.stamp_ns for one in results if one.alert)
+    alert_s = (first_ns - flight.imu[0].stamp_ns) / NANOSECONDS
+    assert ONSET_S < alert_s < ONSET_S + WITHIN_S
