@@ -2,7 +2,7 @@
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
-.PHONY: help setup setup-test demo test lint format bench pythons lock clean
+.PHONY: help setup setup-test demo test lint format bench pythons fuzz lock clean
 
 # A sourced ROS installation must not mix with the ROS of .venv.
 unexport PYTHONPATH PYTHONHOME LD_LIBRARY_PATH _ROS_WHEELS_BOOTSTRAP_COMPLETE VIRTUAL_ENV
@@ -48,6 +48,10 @@ bench: setup-test ## Measure how fast the monitor is, offline and live (a quarte
 
 pythons: setup-test ## Say whether Python 3.10 to 3.13 give the same bits.
 	@.venv/bin/python benchmarks/transcripts/pythons.py build/pythons
+
+fuzz: setup-test ## Give every parser random input (half an hour).
+	@$(PIP) install --quiet 'atheris>=3,<4'
+	@.venv/bin/python -m benchmarks.fuzz build/bench docs/reliability.md
 
 lock: ## Pin the newest versions that requirements*.in allow (needs uv).
 	@for name in requirements requirements-test; do \

@@ -16,6 +16,7 @@ from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import BinaryIO, NamedTuple
+from zlib import crc32
 
 from hijack_detect.bags.decoding import CHUNK_HEADER, Damaged, decompressed, string, unpack
 from hijack_detect.bags.errors import BagError
@@ -25,6 +26,8 @@ _FOOTER, _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _STATISTICS = 0x02, 0x03, 0x04, 0x
 _PREFIX = struct.Struct("<BQ")
 _MESSAGE_HEADER = struct.Struct("<HIQQ")
 _STATISTICS_HEADER = struct.Struct("<QHIIIIQQI")
+_FOOTER_CONTENT = struct.Struct("<QQI")
+"""Start of the summary, start of its offsets, checksum of the summary up to there."""
 
 
 class Channel(NamedTuple):
@@ -83,6 +86,10 @@ class Container:
         self.end_ns = -1
         self._schemas: dict[int, tuple[str, bytes]] = {}
         self._indexed = False
+        self._read_blocks: set[int] = set()
+        """Offsets of the blocks of which all messages were read,"""
+        self._read_counts: Counter[int] = Counter()
+        """and how many those were, by channel id."""
         try:
             self._file: BinaryIO = path.open("rb")
         except OSError as error:
@@ -119,12 +126,29 @@ class Container:
         """Yield the messages of one block in file order.
 
         Raises:
-            BagError: The block is damaged.
+            BagError: The block is damaged, or it was the last one and the file has other messages
+                than it says.
         """
+        counts: Counter[int] = Counter()
         try:
-            yield from self._records(block)
+            for record in self._records(block):
+                counts[record.channel_id] += 1
+                yield record
+            if block.offset not in self._read_blocks:
+                self._read_blocks.add(block.offset)
+                self._read_counts += counts
+                self._check_counts()
         except Damaged as error:
             raise self._damaged_error(str(error)) from error
+
+    def _check_counts(self) -> None:
+        """Compare what was read with what the file says, once all of it was read."""
+        if len(self._read_blocks) < len(self.blocks) or self._read_counts == self.counts:
+            return
+        for number, channel in self.channels.items():
+            said, found = self.counts[number], self._read_counts[number]
+            if said != found:
+                raise Damaged(f"says that it has {said} messages of {channel.topic}, has {found}")
 
     def _open(self) -> None:
         self._size = self._file.seek(0, 2)
@@ -156,6 +180,7 @@ class Container:
             if size > self._size - position:
                 return False
             if opcode == _FOOTER:
+                self._check_summary(self._read(position, size), position)
                 return self._read(position + size, len(MAGIC)) == MAGIC
             if opcode in (_CHUNK, _MESSAGE):
                 self._add_block(opcode, position, size)
@@ -165,6 +190,13 @@ class Container:
                 self._read_statistics(self._read(position, size), position)
             position += size
         return False
+
+    def _check_summary(self, footer: bytes, offset: int) -> None:
+        """Compare the summary with its checksum, if it has one."""
+        start, _, checksum = unpack(_FOOTER_CONTENT, footer, 0, offset)
+        end = offset + _FOOTER_CONTENT.size - 4  # all of the footer but the checksum
+        if checksum and start and crc32(self._read(start, max(0, end - start))) != checksum:
+            raise Damaged("its summary does not match its checksum")
 
     def _add_block(self, opcode: int, offset: int, size: int) -> None:
         header: struct.Struct = CHUNK_HEADER if opcode == _CHUNK else _MESSAGE_HEADER
@@ -178,16 +210,22 @@ class Container:
         number = int.from_bytes(content[:2], "little")
         if opcode == _SCHEMA:
             name, position = string(content, 2, offset)
-            self._schemas[number] = (name, content[position:])
+            schema = (name, content[position:])
+            if self._schemas.setdefault(number, schema) != schema:
+                raise Damaged(f"declares type {number} again as {name} at byte {offset}")
             return
-        schema = int.from_bytes(content[2:4], "little")
         topic, position = string(content, 4, offset)
         encoding, _ = string(content, position, offset)
-        self.channels[number] = Channel(topic, schema, encoding)
+        channel = Channel(topic, int.from_bytes(content[2:4], "little"), encoding)
+        if self.channels.setdefault(number, channel) != channel:
+            raise Damaged(f"declares channel {number} again as {topic} at byte {offset}")
 
     def _read_statistics(self, content: bytes, offset: int) -> None:
         """Take over counts and times, if every counted channel is known."""
         values = unpack(_STATISTICS_HEADER, content, 0, offset)
+        chunks = sum(block.opcode == _CHUNK for block in self.blocks)
+        if values[5] != chunks:
+            raise Damaged(f"says that it has {values[5]} chunks, has {chunks}")
         pairs = content[_STATISTICS_HEADER.size :]
         if len(pairs) != values[8] or len(pairs) % 10:
             return

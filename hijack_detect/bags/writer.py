@@ -4,18 +4,25 @@ from __future__ import annotations
 
 import contextlib
 import shutil
+import sys
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Literal
 
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 from rosbags.rosbag2.errors import WriterError
+from rosbags.rosbag2.storage_mcap import McapWriter
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from hijack_detect.bags import encoding
 from hijack_detect.bags.errors import BagError
 from hijack_detect.bags.reader import typestore
 from hijack_detect.streams.samples import Quaternion, Sample
+
+if sys.version_info >= (3, 14):
+    from compression import zstd
+else:
+    from backports import zstd
 
 if TYPE_CHECKING:
     from rosbags.interfaces import Connection
@@ -60,6 +67,8 @@ class BagWriter:
             self._writer.open()
         except (OSError, WriterError) as error:
             raise BagError(f"{self.path}: cannot be made ({error}); choose another name") from error
+        assert isinstance(self._writer.storage, McapWriter)
+        self._writer.storage.compressor = _with_checksum
         return self
 
     def __exit__(
@@ -164,6 +173,11 @@ class BagWriter:
         connection = self._writer.add_connection(topic, msgtype, typestore=self._types)
         self._connections[topic] = connection
         return connection
+
+
+def _with_checksum(data: bytes) -> bytes:
+    """Compress a chunk; rosbags gives it no checksum of its own."""
+    return zstd.compress(data, options={zstd.CompressionParameter.checksum_flag: 1})
 
 
 def _at(log_ns: int, message: tuple[str, bytes]) -> tuple[str, int, bytes]:

@@ -59,7 +59,7 @@ class Survivor:
                 tuple(map(str, alert["causes"])),
                 float(alert["confidence"]),
             )
-        except (OSError, ValueError, KeyError, TypeError):
+        except (OSError, ValueError, ArithmeticError, LookupError, TypeError, RecursionError):
             return None
 
     def forget(self) -> None:

@@ -17,14 +17,14 @@ from hijack_detect.recording.journal import (
 )
 from hijack_detect.recording.queue import RowQueue
 from hijack_detect.recording.rows import Row
-from hijack_detect.recording.sqlite_file import files_of, is_damage
+from hijack_detect.recording.sqlite_file import READ_ERRORS, files_of, is_damage
 
 RETRY_S = 3.0
 COMMIT_S = 0.4
 """A row waits at most so long for its commit,"""
 COMMIT_ROWS = 2000
 """and less if so many wait with it."""
-_ERRORS = (sqlite3.Error, OSError, JournalError)
+_ERRORS = (*READ_ERRORS, sqlite3.Error, OSError, JournalError)
 
 
 class JournalKeeper:
@@ -147,7 +147,7 @@ class JournalKeeper:
         self._close()
         self.problem = told(self.path, error)
         self._not_before_s = wall_s + RETRY_S
-        if isinstance(error, sqlite3.DatabaseError) and is_damage(error):
+        if is_damage(error):
             with suppress(OSError):
                 self._move_aside(error, wall_ns)
 

@@ -6,6 +6,9 @@ import sqlite3
 from collections.abc import Iterator
 from pathlib import Path
 
+READ_ERRORS = (sqlite3.DatabaseError, UnicodeDecodeError)
+"""What reading a file raises; the latter where SQLite's words on the damage are none."""
+
 
 class Transaction:
     """Commits when its block ends, and takes everything back when it fails."""
@@ -33,8 +36,11 @@ class Transaction:
 
 def is_damage(error: Exception) -> bool:
     """Whether an error means that the content of the file is not that of a database."""
+    if isinstance(error, UnicodeDecodeError):
+        return True
     text = str(error)
-    return any(one in text for one in ("malformed", "not a database", "unsupported file format"))
+    words = ("malformed", "not a database", "unsupported file format")
+    return isinstance(error, sqlite3.DatabaseError) and any(one in text for one in words)
 
 
 def files_of(path: Path) -> Iterator[Path]:

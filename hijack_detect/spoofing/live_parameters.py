@@ -14,8 +14,8 @@ from hijack_detect.spoofing.scenario import (
     load_scenario,
     parse_scenario,
 )
-from hijack_detect.spoofing.yaml_text import YamlTextError, plain_data
 from hijack_detect.streams.messages import MAX_SATELLITES, MAX_SPEED
+from hijack_detect.yaml_text import YamlTextError, plain_data
 
 SOFT = frozenset(
     (

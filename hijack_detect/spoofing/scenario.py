@@ -14,7 +14,7 @@ from pydantic import ValidationError
 
 from hijack_detect.spoofing.problems import label, sentences
 from hijack_detect.spoofing.schema import Document, Segment
-from hijack_detect.spoofing.yaml_text import YamlTextError, plain_data
+from hijack_detect.yaml_text import YamlTextError, plain_data
 
 MAX_FILE_BYTES = 16_000_000
 

@@ -15,6 +15,8 @@ from hijack_detect.bags.errors import BagError
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.bags.samples import read_samples
 from hijack_detect.bags.topics import detect
+from hijack_detect.bags.writer import BagWriter
+from hijack_detect.streams.samples import NANOSECONDS, FixSample, ImuSample, Sample
 
 if sys.version_info >= (3, 14):
     from compression import zstd
@@ -22,11 +24,12 @@ else:
     from backports import zstd
 
 MAGIC = b"\x89MCAP0\r\n"
+START_NS = 1_700_000_000 * NANOSECONDS
 
 
-def read_all(path: Path) -> int:
+def read_all(path: Path) -> list[tuple[str, Sample]]:
     with BagReader(path) as bag:
-        return sum(1 for _ in read_samples(bag, detect(bag.topics), on_rejected=lambda _: None))
+        return list(read_samples(bag, detect(bag.topics), on_rejected=lambda _: None))
 
 
 def record(opcode: int, content: bytes) -> bytes:
@@ -124,6 +127,34 @@ def test_truncated_at_many_places(tmp_path: Path, small_mcap: bytes) -> None:
             readable.add(int(str(caught.value).split(" messages before")[0].rsplit(" ", 1)[1]))
     assert readable >= {0, 4600}
     assert len(readable) > 2, "a cut between chunks leaves some messages"
+
+
+def test_every_cut_and_every_changed_byte_of_a_small_bag(tmp_path: Path) -> None:
+    """No cut is read as if whole; a changed byte is seen, or changes nothing that is read."""
+    with BagWriter(tmp_path / "bag") as bag:
+        bag.write("/imu/data_raw", ImuSample(START_NS, (0.1, 0.2, 0.3), (0.0, 0.0, 9.8)))
+        bag.write("/gps/fix", FixSample(START_NS, 48.0, 11.0, 500.0))
+    content = (tmp_path / "bag" / "bag.mcap").read_bytes()
+    file = tmp_path / "small.mcap"
+    for size in range(len(content)):
+        file.write_bytes(content[:size])
+        with pytest.raises(BagError, match=r"small\.mcap"):
+            read_all(file)
+    file.write_bytes(content)
+    whole = read_all(file)
+    refused = 0
+    for place in range(len(content)):
+        for flip in (0x01, 0x80, 0xFF):
+            changed = bytearray(content)
+            changed[place] ^= flip
+            file.write_bytes(changed)
+            try:
+                found = read_all(file)
+            except BagError:
+                refused += 1
+            else:
+                assert found == whole
+    assert refused > len(content)
 
 
 def test_truncated_file_says_how_many_messages_are_left(tmp_path: Path, small_mcap: bytes) -> None:

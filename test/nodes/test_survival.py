@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 from typing import Any
 
@@ -57,7 +58,7 @@ def test_an_old_alert_and_one_of_another_boot_are_over(
 
 
 @pytest.mark.parametrize(
-    "text", ["", "{", "[]", "3", '{"boot": ""}', '{"alive_s": "soon"}', "\x00" * 100]
+    "text", ["", "{", "[]", "3", '{"boot": ""}', '{"alive_s": "soon"}', "\x00" * 100, "[" * 10**5]
 )
 def test_a_broken_file_is_no_alert(survivor: Survivor, text: str) -> None:
     survivor.write(ALERT)
@@ -65,9 +66,10 @@ def test_a_broken_file_is_no_alert(survivor: Survivor, text: str) -> None:
     assert survivor.read() is None
 
 
-def test_a_broken_alert_in_a_good_file_is_none(survivor: Survivor) -> None:
+@pytest.mark.parametrize("since_ns", ["never", math.inf, None])
+def test_a_broken_alert_in_a_good_file_is_none(survivor: Survivor, since_ns: object) -> None:
     survivor.write(ALERT)
-    change(survivor, alert={"since_ns": "never"})
+    change(survivor, alert={"since_ns": since_ns, "cause": "", "causes": [], "confidence": 1.0})
     assert survivor.read() is None
 
 

@@ -11,6 +11,7 @@ import pytest
 
 from hijack_detect.recording import schema
 from hijack_detect.recording.journal import AlienFileError, Journal, JournalError, Session
+from hijack_detect.recording.journal_query import open_journal
 from hijack_detect.recording.rows import Row, event_row
 
 MEGABYTE = 1_000_000
@@ -159,3 +160,16 @@ def test_a_deleted_file_is_noticed(quick: Path) -> None:
     path.unlink()
     assert journal.gone
     journal.close()
+
+
+def test_damage_that_sqlite_cannot_put_into_words(quick: Path) -> None:
+    """The words of a table are no longer UTF-8, and SQLite's message quotes them."""
+    path = quick / schema.FILE
+    Journal(path, 8 * MEGABYTE, SESSION).close()
+    content = path.read_bytes()
+    assert b"KEY AUTOINCREMENT" in content
+    path.write_bytes(content.replace(b"KEY AUTOINCREMENT", b"KEYQ\xf3\x97\xa9OINCREMENT", 1))
+    with pytest.raises(AlienFileError, match="damaged"):
+        Journal(path, 8 * MEGABYTE, SESSION)
+    with pytest.raises(JournalError, match="cannot be read"), open_journal(path):
+        pass

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import bisect
 import json
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, TypeAlias
@@ -147,9 +148,9 @@ def read_label(bag: Path) -> dict[str, Any] | None:
         if not isinstance(label["kind"], str):
             raise TypeError(f"kind is {label['kind']!r}, not a word")
         attack = label["attack"]
-        if attack is not None and not attack["t_start"] < attack["t_end"]:
-            raise ValueError("the attack ends before it starts")
-    except (OSError, ValueError, KeyError, TypeError) as error:
+        if attack is not None and not 0.0 <= attack["t_start"] < attack["t_end"] < math.inf:
+            raise ValueError("the attack begins before the flight or does not end after its start")
+    except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
         raise BagError(f"{path}: is no label of a flight ({error!r})") from error
     return dict(label)
 

@@ -7,12 +7,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from hijack_detect.evaluation.monitor.graph import MonitorParameters
 from hijack_detect.parameters import ParameterError, Parameters
 from hijack_detect.recording.parameters import RecorderParameters
 from hijack_detect.spoofing.live_parameters import SpooferParameters
+from hijack_detect.yaml_text import plain_data
 
 NODE_FIELDS = {
     "attitude_estimator": "attitude",
@@ -119,14 +118,14 @@ def load_parameters(path: Path) -> MonitorParameters:
         ParameterError: The file cannot be read or sets something that is refused.
     """
     try:
-        document = yaml.safe_load(path.read_text(encoding="utf-8"))
+        document = plain_data(path.read_text(encoding="utf-8"))
         given = {
             node.strip("/").removeprefix("**/"): dict(body["ros__parameters"])
             for node, body in (document or {}).items()
         }
     except OSError as error:
         raise ParameterError(f"{path}: {error.strerror or error}") from error
-    except (yaml.YAMLError, AttributeError, KeyError, TypeError, ValueError) as error:
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
         raise ParameterError(f"{path}: not a ROS parameter file: {error}") from error
     try:
         return from_nodes(given)

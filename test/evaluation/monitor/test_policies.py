@@ -92,6 +92,12 @@ def test_names_of_nodes_as_ros_takes_them(tmp_path: Path, name: str) -> None:
         ("fusion: 3", "not a ROS parameter file"),
         ("fusion: {ros__parameters: 3}", "not a ROS parameter file"),
         ("1: {ros__parameters: {}}", "not a ROS parameter file"),
+        ("[" * 100_000, "not a ROS parameter file"),
+        ("!!python/object/apply:os.abort []", "not a ROS parameter file"),
+        (
+            "fusion: {ros__parameters: {stale_s: 3.0, stale_s: 9.0}}",
+            "'stale_s' is given twice",
+        ),
         ("fusoin: {ros__parameters: {}}", "no node 'fusoin'.*attitude_estimator.*fusion"),
         ("fusion: {ros__parameters: {polcy: any}}", "fusion: unknown parameter 'polcy'.*policy"),
         ("fusion: {ros__parameters: {policy: all}}", "fusion: .*'policy'.*paper, any, default"),

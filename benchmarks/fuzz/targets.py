@@ -1,0 +1,267 @@
+"""What is given random bytes: each takes them or refuses them, and does nothing else."""
+
+from __future__ import annotations
+
+import os
+import struct
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from benchmarks.fuzz.flight import Flown, message_seeds, monitor_seeds
+from benchmarks.fuzz.seeds import (
+    SESSION,
+    START_NS,
+    bag_seeds,
+    journal_seeds,
+    metadata_of,
+    small_bag,
+)
+from hijack_detect.bags.errors import BagError
+from hijack_detect.bags.reader import BagReader, RawMessage
+from hijack_detect.bags.samples import CONVERT, read_samples
+from hijack_detect.bags.topics import TYPES
+from hijack_detect.detectors.fusion import Latched
+from hijack_detect.evaluation.ground_truth.truth import LABEL, label_attack, read_label
+from hijack_detect.evaluation.monitor.policies import load_parameters
+from hijack_detect.nodes.message_types import message_class
+from hijack_detect.nodes.messages import verdict_from
+from hijack_detect.nodes.survival import Survivor
+from hijack_detect.parameters import ParameterError
+from hijack_detect.recording.journal import JournalError
+from hijack_detect.recording.journal_keeper import JournalKeeper
+from hijack_detect.recording.journal_query import Query, open_journal
+from hijack_detect.recording.rows import Row
+from hijack_detect.recording.schema import FILE, TABLES
+from hijack_detect.spoofing.scenario import ScenarioError, load_scenario
+from hijack_detect.streams.imu_bytes import FROM_BYTES
+from hijack_detect.streams.messages import BadMessage
+
+ROOT = Path(__file__).parents[2]
+Attempt = Callable[[bytes], bool]
+"""Whether the bytes were accepted; what it raises is a defect."""
+KINDS = {**TYPES, "attitude": TYPES["imu"], "course": "geometry_msgs/msg/QuaternionStamped"}
+VERDICT = "diagnostic_msgs/msg/DiagnosticArray"
+
+
+COUNTS = struct.Struct("<QQ")
+"""Inputs tried and accepted, in a file: libFuzzer ends the process as it likes."""
+
+
+@dataclass(frozen=True)
+class Target:
+    """A parser.
+
+    Attributes:
+        words: What it reads, for the table.
+        make: Makes what is given the bytes; it may write into the folder.
+        seeds: Good input to begin with.
+        longest: Bytes of an input, at most.
+    """
+
+    words: str
+    make: Callable[[Path], Attempt]
+    seeds: Callable[[Path], list[bytes]]
+    longest: int = 16384
+
+
+def _bag(folder: Path) -> Attempt:
+    file = folder / "any.mcap"
+
+    def attempt(data: bytes) -> bool:
+        file.write_bytes(data)
+        try:
+            with BagReader(file) as reader:
+                for _ in read_samples(reader, reader.inputs(), on_rejected=lambda _: None):
+                    pass
+        except BagError:
+            return False
+        return True
+
+    return attempt
+
+
+def _metadata(folder: Path) -> Attempt:
+    bag = small_bag(folder / "tried" / "bag")
+
+    def attempt(data: bytes) -> bool:
+        (bag / "metadata.yaml").write_bytes(data)
+        try:
+            BagReader(bag).close()
+        except BagError:
+            return False
+        return True
+
+    return attempt
+
+
+def _offline_message(folder: Path) -> Attempt:
+    """The first byte says which input; an Imu is read in two ways, which must agree."""
+    with BagReader(small_bag(folder / "tried" / "bag")) as reader:
+        pass  # only its types are needed
+    names = list(CONVERT)
+
+    def attempt(data: bytes) -> bool:
+        name, body = names[data[0] % len(names) if data else 0], data[1:]
+        try:
+            message = reader.deserialize(RawMessage(f"/{name}", KINDS[name], 0, body))
+            sample = CONVERT[name](message)
+        except (BagError, BadMessage):
+            return False
+        quick = FROM_BYTES[name](body) if name in FROM_BYTES else None
+        if quick is not None and repr(quick) != repr(sample):
+            raise AssertionError(f"{quick} is not {sample}")
+        return True
+
+    return attempt
+
+
+def _live_message(folder: Path) -> Attempt:
+    """As rclpy reads it; whatever it raises on the bytes, a node counts and goes on."""
+    from rclpy.serialization import deserialize_message  # noqa: PLC0415 - not for offline use
+
+    kinds = {name: message_class(KINDS.get(name, VERDICT)) for name in (*CONVERT, "verdict")}
+    names = list(kinds)
+
+    def attempt(data: bytes) -> bool:
+        name, body = names[data[0] % len(names) if data else 0], data[1:]
+        try:
+            message = deserialize_message(body, kinds[name])
+        except Exception:
+            return False
+        try:
+            verdict_from(message) if name == "verdict" else CONVERT[name](message)
+        except BadMessage:
+            return False
+        return True
+
+    return attempt
+
+
+def _scenario(folder: Path) -> Attempt:
+    file = folder / "any.yaml"
+
+    def attempt(data: bytes) -> bool:
+        file.write_bytes(data)
+        try:
+            load_scenario(file)
+        except ScenarioError:
+            return False
+        return True
+
+    return attempt
+
+
+def _parameters(folder: Path) -> Attempt:
+    file = folder / "any.yaml"
+
+    def attempt(data: bytes) -> bool:
+        file.write_bytes(data)
+        try:
+            load_parameters(file)
+        except ParameterError:
+            return False
+        return True
+
+    return attempt
+
+
+def _label(folder: Path) -> Attempt:
+    file = folder / LABEL
+
+    def attempt(data: bytes) -> bool:
+        file.write_bytes(data)
+        try:
+            label = read_label(folder)
+            assert label is not None
+            label_attack(label, 0)
+        except BagError:
+            return False
+        return True
+
+    return attempt
+
+
+def _journal(folder: Path) -> Attempt:
+    file = folder / "any.sqlite3"
+
+    def attempt(data: bytes) -> bool:
+        for beside in folder.glob("any.sqlite3-*"):
+            beside.unlink()
+        file.write_bytes(data)
+        try:
+            with open_journal(file) as journal:
+                for table in TABLES:
+                    journal.summary(table)
+                    for _ in journal.rows(Query(table)):
+                        pass
+        except JournalError:
+            return False
+        return True
+
+    return attempt
+
+
+def _recorder(folder: Path) -> Attempt:
+    """The recorder takes up what it finds, or moves it aside; nothing may be raised or lost."""
+    place = folder / "recorder"
+    place.mkdir(exist_ok=True)
+
+    def attempt(data: bytes) -> bool:
+        for left in place.iterdir():
+            left.unlink()
+        (place / FILE).write_bytes(data)
+        keeper = JournalKeeper(place / FILE, 2**20, 0, SESSION)
+        keeper.add(Row("satellites", (START_NS, START_NS, 12)), 0.0)
+        written = keeper.commit(0.0, START_NS) or keeper.commit(9.0, START_NS)
+        keeper.close(9.0, START_NS)
+        if not written:
+            raise AssertionError(keeper.problem)
+        return not keeper.notes
+
+    return attempt
+
+
+def _survivor(folder: Path) -> Attempt:
+    os.environ["ROS_HOME"] = str(folder)
+    survivor = Survivor("/fusion", 1e9)
+    survivor.path.parent.mkdir(parents=True, exist_ok=True)
+
+    def attempt(data: bytes) -> bool:
+        survivor.path.write_bytes(data)
+        return survivor.read() is not None
+
+    return attempt
+
+
+def _survivor_seeds(folder: Path) -> list[bytes]:
+    _survivor(folder)
+    survivor = Survivor("/fusion", 1e9)
+    survivor.write(Latched(10**18, "gnss", ("gnss", "coast"), 0.99))
+    return [survivor.path.read_bytes()]
+
+
+def _files(*names: str) -> Callable[[Path], list[bytes]]:
+    return lambda _: [
+        path.read_bytes() for name in names for path in sorted((ROOT / "config").glob(name))
+    ]
+
+
+def _label_seeds(_: Path) -> list[bytes]:
+    attack = '{"t_start": 60.0, "t_end": 90.5, "kind": "drift"}'
+    return [f'{{"kind": "{kind}", "attack": {attack}}}'.encode() for kind in ("hijacked", "x")]
+
+
+TARGETS: Mapping[str, Target] = {
+    "bag": Target("mcap file", _bag, bag_seeds),
+    "metadata": Target("`metadata.yaml` of a bag", _metadata, metadata_of),
+    "message": Target("CDR of every input, from a bag", _offline_message, message_seeds),
+    "live": Target("CDR of every input and a verdict, by rclpy", _live_message, message_seeds),
+    "monitor": Target("values of messages, to all detectors", Flown, monitor_seeds, 48),
+    "scenario": Target("scenario", _scenario, _files("scenarios/*.yaml")),
+    "parameters": Target("parameter file", _parameters, _files("default.yaml", "paper.yaml")),
+    "label": Target("`label.json` of a flight", _label, _label_seeds),
+    "journal": Target("journal (SQLite)", _journal, journal_seeds),
+    "recorder": Target("journal, taken up by the recorder", _recorder, journal_seeds),
+    "alert": Target("alert kept by the fusion", _survivor, _survivor_seeds),
+}
