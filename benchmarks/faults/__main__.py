@@ -22,12 +22,13 @@ from rich.console import Console
 from rich.progress import track
 
 from benchmarks.documents import fill, write
-from benchmarks.faults.cases import CASES
-from benchmarks.faults.flight import flight
+from benchmarks.faults.cases import ADVERSARIES, CASES
+from benchmarks.faults.flight import BEGIN_S, flight
 from hijack_detect.evaluation.scores.evaluation_tables import TextTable
 
 PATH = click.Path(path_type=Path)
 FIRST_DOMAIN = 95
+ADVERSARY_HEADS = ("from 45 to 55 s", "`hijack_alert` from then on", "longest silence", "warned")
 HEADS = ("fault at 45 s", "first said", "after", "NORMAL again", "longest silence", "alert")
 
 
@@ -61,6 +62,22 @@ def table(found: dict[str, dict[str, Any]]) -> TextTable:
     return TextTable("", HEADS, tuple(rows))
 
 
+def adversary_table(found: dict[str, dict[str, Any]]) -> TextTable:
+    """One row an attacker: what a mission manager heard, and what the monitor warned of."""
+    rows = []
+    for name, one in found.items():
+        heard = ", ".join(
+            f"{str(alert).lower()} at {at_s:.1f} s"
+            for at_s, alert in one["heard"]
+            if at_s > BEGIN_S
+        )
+        told = next((text for text in one["warnings"] if "publishers on" in text), None)
+        told = told or next((text for text in one["warnings"] if "reset" in text), "")
+        silence = f"{one['longest_silence_s']:.1f} s"
+        rows.append((CASES[name].words, heard, silence, told.split(":")[0]))
+    return TextTable("", ADVERSARY_HEADS, tuple(rows))
+
+
 @click.command()
 @click.argument("folder", type=PATH)
 @click.argument("document", type=click.Path(exists=True, dir_okay=False, path_type=Path))
@@ -83,7 +100,10 @@ def main(folder: Path, document: Path, only: tuple[str, ...], jobs: int) -> None
         for name, path in kept.items()
         if path.is_file()
     }
-    fill(document, lambda what: table(found) if what == "faults" else None)
+    acted = {name: one for name, one in found.items() if name in ADVERSARIES}
+    broken = {name: one for name, one in found.items() if name not in ADVERSARIES}
+    tables = {"faults": table(broken), "adversary": adversary_table(acted)}
+    fill(document, tables.get)
 
 
 if __name__ == "__main__":

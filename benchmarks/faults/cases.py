@@ -6,6 +6,20 @@ import signal
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from diagnostic_msgs.msg import DiagnosticArray
+from sensor_msgs.msg import NavSatFix
+
+from benchmarks.faults.attackers import (
+    AHEAD_NS,
+    FIX,
+    IMU,
+    MakeAttacker,
+    false_reset,
+    flood,
+    forged_bool,
+    forged_verdict,
+    second_receiver,
+)
 from benchmarks.faults.flight import (
     Fault,
     as_it_is,
@@ -17,10 +31,11 @@ from benchmarks.faults.flight import (
     reordered,
     twice,
 )
+from hijack_detect.detectors.verdict import State
 from hijack_detect.nodes import COMPOSED, MONITOR
 from hijack_detect.simulation.plan import Place
 
-FIX, VELOCITY, IMU = "/gps/fix", "/gps/vel", "/imu/data_raw"
+VELOCITY = "/gps/vel"
 
 
 @dataclass(frozen=True)
@@ -35,7 +50,8 @@ class Case:
         signals: What the process `victim` gets at the begin of the fault.
         victim: Its node.
         arguments: Further ROS arguments of the monitor.
-        second: Whether a second publisher sends fixes from elsewhere.
+        attacker: Who acts beside the flight.
+        spoofed_s: When the flight is carried off; None if it is not.
         reliable: Whether the inputs are published reliable; else best effort.
         place: Where the flight is.
     """
@@ -47,7 +63,8 @@ class Case:
     signals: signal.Signals | None = None
     victim: str = COMPOSED
     arguments: tuple[str, ...] = ()
-    second: bool = False
+    attacker: MakeAttacker | None = None
+    spoofed_s: float | None = None
     reliable: bool = True
     place: Place | None = None
 
@@ -73,6 +90,44 @@ PLACES = {
     "high": ("28° North, 87° East, 9,000 m", (28.0, 86.9, 9000.0)),
 }
 
+SEPARATE = {"composed": False}
+ADVERSARIES: Mapping[str, Case] = {
+    "forged_bool": Case(
+        "forged true on `coast/hijacked`", attacker=forged_bool("coast/hijacked", value=True)
+    ),
+    "forged_alert": Case(
+        "forged true on `hijack_alert`", attacker=forged_bool("hijack_alert", value=True)
+    ),
+    "forged_calm": Case(
+        "forged false on `hijack_alert`, carried off at 46 s",
+        attacker=forged_bool("hijack_alert", value=False),
+        spoofed_s=46.0,
+    ),
+    "forged_alarm": Case(
+        "forged alarm on `coast/verdict`, processes",
+        attacker=forged_verdict("coast", State.ALARM),
+        **SEPARATE,
+    ),
+    "forged_alarm_composed": Case(
+        "forged alarm on `coast/verdict`, one process",
+        attacker=forged_verdict("coast", State.ALARM),
+    ),
+    "forged_normal": Case(
+        "forged calm on `coast/verdict`, 1 h ahead, carried off at 46 s, processes",
+        attacker=forged_verdict("coast", State.NORMAL, ahead_ns=AHEAD_NS),
+        spoofed_s=46.0,
+        **SEPARATE,
+    ),
+    "false_reset": Case(
+        "`fusion/reset` at 53 s, carried off at 46 s", attacker=false_reset, spoofed_s=46.0
+    ),
+    "flood_fix": Case("10,000 empty fixes a second", attacker=flood(FIX, NavSatFix)),
+    "flood_verdict": Case(
+        "10,000 empty verdicts a second on `coast/verdict`, processes",
+        attacker=flood("coast/verdict", DiagnosticArray),
+        **SEPARATE,
+    ),
+}
 CASES: Mapping[str, Case] = {
     "none": Case("nothing, for comparison"),
     **_signals(COMPOSED, True),
@@ -94,11 +149,12 @@ CASES: Mapping[str, Case] = {
     "paused": Case(
         "`use_sim_time`, and ROS time stands still", arguments=("-p", "use_sim_time:=true")
     ),
-    "two_receivers": Case("a second publisher on `gps/fix`, 200 m away", second=True),
+    "two_receivers": Case("a second publisher on `gps/fix`, 200 m away", attacker=second_receiver),
     "incompatible": Case(
         "inputs best effort, the monitor asks for reliable (`config/replay.yaml`)",
         arguments=("--params-file", "config/replay.yaml"),
         reliable=False,
     ),
+    **ADVERSARIES,
     **{name: Case(f"none, {words}", place=Place.at(*at)) for name, (words, at) in PLACES.items()},
 }

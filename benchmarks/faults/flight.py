@@ -10,7 +10,9 @@ from pathlib import Path
 
 from benchmarks.speed.load import load_bag
 from hijack_detect.bags.reader import BagReader
+from hijack_detect.evaluation.replay.injection import inject
 from hijack_detect.simulation.plan import Place
+from hijack_detect.spoofing.scenario import parse_scenario
 from hijack_detect.streams.samples import NANOSECONDS
 
 BEGIN_S, END_S, FLIGHT_S = 45.0, 55.0, 95.0
@@ -46,13 +48,28 @@ Fault = Callable[[Sequence[Sent]], list[Sent]]
 """What becomes of the messages of a flight."""
 
 
-def flight(folder: Path, place: Place | None = None) -> list[Sent]:
-    """The messages of a clean simulated flight, with every sensor."""
-    with BagReader(load_bag(folder, FLIGHT_S, IMU_HZ, place=place)) as reader:
+def flight(folder: Path, place: Place | None = None, spoofed_s: float | None = None) -> list[Sent]:
+    """The messages of a simulated flight, with every sensor; carried off from a time on."""
+    bag = load_bag(folder, FLIGHT_S, IMU_HZ, place=place)
+    if spoofed_s is not None:
+        bag = _carried_off(bag, spoofed_s)
+    with BagReader(bag) as reader:
         return [
             Sent((raw.log_ns - reader.start_ns) / NANOSECONDS, raw.topic, raw.msgtype, raw.data)
             for raw in reader.messages()
         ]
+
+
+def _carried_off(bag: Path, start_s: float) -> Path:
+    """A copy of a bag, made if it is not there, with a drift of 1.5 m/s² to 12 m/s."""
+    spoofed = bag.with_name(f"{bag.name}_spoofed_{start_s:g}s")
+    if not spoofed.is_dir():
+        drift = {"type": "drift", "speed_m_s": 12.0, "bearing_deg": 80.0}
+        model = {**drift, "onset_acceleration_m_s2": 1.5}
+        scenario = parse_scenario({"segments": [{"start": start_s, "model": model}]})
+        with BagReader(bag) as reader:
+            inject(reader, spoofed, scenario)
+    return spoofed
 
 
 def gone(*topics: str) -> Fault:

@@ -19,10 +19,10 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
-from rclpy.serialization import deserialize_message
 from std_msgs.msg import Bool
 
-from benchmarks.faults.cases import CASES, FIX, Case
+from benchmarks.faults.attackers import Attacker
+from benchmarks.faults.cases import CASES, Case
 from benchmarks.faults.flight import BEGIN_S, END_S, FLIGHT_S, Sent, flight
 from hijack_detect.nodes import COMPOSED, MONITOR
 from hijack_detect.nodes.message_types import message_class
@@ -30,8 +30,6 @@ from hijack_detect.nodes.qos import STATE
 
 ROOT = Path(__file__).parents[2]
 READY_S, SETTLE_S = 60.0, 3.0
-FOREIGN = 0.002
-"""Degrees of latitude between the two receivers: 220 m."""
 JUDGED = ("normal", "suspicious", "alarm")
 
 
@@ -48,7 +46,9 @@ class Watch(Node):
         self.states: list[tuple[float, str, str, bool]] = []
         """When, state, who is missing, and whether there is an alert, at each change."""
         self.words: list[float] = []
-        """When hijack_alert was heard."""
+        """When hijack_alert was heard,"""
+        self.heard: list[tuple[float, bool]] = []
+        """and when it changed."""
         self.outlets: dict[str, Any] = {}
         self.create_subscription(Bool, "hijack_alert", self._alert, STATE)
         self.create_subscription(DiagnosticArray, "/diagnostics", self._state, 100)
@@ -76,6 +76,8 @@ class Watch(Node):
     def _alert(self, message: Bool) -> None:
         if self.flying:
             self.words.append(self.now_s())
+            if not self.heard or self.heard[-1][1] != message.data:
+                self.heard.append((self.words[-1], message.data))
 
     def _state(self, message: DiagnosticArray) -> None:
         for one in message.status:
@@ -135,7 +137,7 @@ def play(case: Case, sent: Sequence[Sent], watch: Watch, processes: Processes) -
         executor.spin_once(timeout_sec=0.1)
         if time.monotonic() > deadline:
             raise click.ClickException("the monitor does not listen")
-    foreign = watch.outlet(FIX, "sensor_msgs/msg/NavSatFix") if case.second else None
+    attacker: Attacker | None = None
     watch.begun = time.perf_counter() + 1.0
     hurt = healed = False
     for one in sent:
@@ -144,14 +146,15 @@ def play(case: Case, sent: Sequence[Sent], watch: Watch, processes: Processes) -
         if not hurt and one.at_s >= BEGIN_S:
             hurt = True
             processes.hurt()
+            if case.attacker is not None:
+                attacker = case.attacker(watch)
         if not healed and one.at_s >= END_S:
             healed = True
             processes.heal()
+            attacker = None
         watch.outlets[one.topic].publish(one.data)
-        if foreign is not None and one.topic == FIX and BEGIN_S <= one.at_s < END_S:
-            fix = deserialize_message(one.data, message_class(one.kind))
-            fix.latitude += FOREIGN
-            foreign.publish(fix)
+        if attacker is not None:
+            attacker(one)
     until = time.monotonic() + SETTLE_S
     while time.monotonic() < until:
         executor.spin_once(timeout_sec=0.1)
@@ -165,6 +168,8 @@ def found(watch: Watch, output: str, codes: Sequence[int]) -> dict[str, Any]:
     fault = [one for one in watch.states if one[0] >= BEGIN_S]
     before = next((one for one in reversed(watch.states) if one[0] < BEGIN_S), None)
     troubled = next((one for one in fault if one[1] not in JUDGED or one[2]), None)
+    if troubled is None and before is not None and before[1] not in JUDGED:
+        troubled = (BEGIN_S, *before[1:])
     since_s = END_S if troubled is None else max(END_S, troubled[0])
     back = next((one for one in fault if one[0] >= since_s and one[1] == "normal"), None)
     return {
@@ -176,6 +181,7 @@ def found(watch: Watch, output: str, codes: Sequence[int]) -> dict[str, Any]:
         "last": watch.states[-1][1] if watch.states else None,
         "longest_silence_s": max(gaps, default=None),
         "states": watch.states,
+        "heard": watch.heard,
         "exit_codes": list(codes),
         "warnings": sorted(set(warned)),
     }
@@ -188,7 +194,7 @@ def found(watch: Watch, output: str, codes: Sequence[int]) -> dict[str, Any]:
 def main(name: str, folder: Path, domain: int) -> None:
     """Run the fault NAME with bags in FOLDER and print what was found as JSON."""
     case = CASES[name]
-    sent = case.fault(flight(folder, case.place))
+    sent = case.fault(flight(folder, case.place, case.spoofed_s))
     setting = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST", "ROS_DOMAIN_ID": str(domain)}
     os.environ.update(setting)
     with tempfile.TemporaryDirectory() as home, tempfile.TemporaryFile() as log:

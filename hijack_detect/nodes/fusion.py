@@ -3,7 +3,8 @@
 Subscribes DETECTOR/verdict of every detector. Publishes hijack_alert (Bool, latched, reliable
 and transient local, repeated every second with a deadline and a sign of life), hijack_confidence
 (Float64, 0 to 1, NaN while a detector is missing), fusion/verdict (DiagnosticArray) and
-/diagnostics. Service ~/reset (std_srvs/Trigger) takes the alert back.
+/diagnostics, which also tells of a second publisher of the alert or of a verdict. Service ~/reset
+(std_srvs/Trigger) takes the alert back.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from hijack_detect.detectors.verdict import State
 from hijack_detect.evaluation.monitor.graph import DETECTORS
 from hijack_detect.nodes.messages import fusion_message, verdict_from
 from hijack_detect.nodes.outlet import Outlet
+from hijack_detect.nodes.publishers import PublisherWatch
 from hijack_detect.nodes.qos import ALERT, INTERNAL
 from hijack_detect.nodes.running import run
 from hijack_detect.nodes.stage_node import StageNode
@@ -30,6 +32,7 @@ from hijack_detect.nodes.wiring import Input, Topics, Wiring
 from hijack_detect.streams.samples import NANOSECONDS
 
 HEARTBEAT_S = 1.0
+ALERT_TOPIC = "hijack_alert"
 ALERT_SUBJECT = "hijack alert"
 """What the diagnostics are about."""
 
@@ -51,7 +54,9 @@ class FusionNode(StageNode[FusionParameters]):
             wiring,
             read_only=True,
         )
-        self._alert = self.create_publisher(Bool, "hijack_alert", ALERT)
+        self._alert = self.create_publisher(Bool, ALERT_TOPIC, ALERT)
+        watched = (ALERT_TOPIC, *(given.topic for given in inputs.values()))
+        self._watch = PublisherWatch(self, self.diagnostics, watched)
         self._confidence = Outlet(self, Float64, "hijack_confidence", wiring.rate_hz)
         self._verdict = Outlet(self, DiagnosticArray, "fusion/verdict", wiring.rate_hz)
         self.create_service(Trigger, "~/reset", self._reset)

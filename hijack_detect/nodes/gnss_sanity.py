@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import TwistStamped
 from rclpy.executors import SingleThreadedExecutor
 from sensor_msgs.msg import NavSatFix
@@ -20,6 +19,7 @@ from std_msgs.msg import UInt32
 from hijack_detect.detectors.gnss_sanity import GnssSanityDetector
 from hijack_detect.detectors.gnss_sanity_parameters import GnssSanityParameters
 from hijack_detect.nodes.detector_node import DetectorNode
+from hijack_detect.nodes.publishers import PublisherWatch
 from hijack_detect.nodes.qos import SENSOR
 from hijack_detect.nodes.running import run
 from hijack_detect.nodes.wiring import Input, Topics, Wiring, sensor_input
@@ -55,24 +55,11 @@ class GnssSanityNode(DetectorNode[GnssSanityParameters]):
             FIGURES,
             node_name="gnss_sanity",
         )
-        self._on_fix = 0
-        self.create_timer(1.0, self._count_publishers)
+        self._watch = PublisherWatch(self, self.diagnostics, (FIX,))
 
     def samples(self, name: str, converted: Any, published_ns: int) -> list[tuple[str, Any]]:
         """See StageNode; a count follows once the fix after it is there."""
         return self._stamps.samples(name, published_ns, converted)
-
-    def _count_publishers(self) -> None:
-        """Tell how many publishers the fix topic has."""
-        topic = self.resolve_topic_name(FIX)
-        count = self.count_publishers(topic)
-        level, text = DiagnosticStatus.OK, f"{count} publishers on {topic}"
-        if count > 1:
-            level, text = DiagnosticStatus.WARN, f"{text}: one of them may be an attacker's"
-            if count > self._on_fix:
-                self.log.warning(text)
-        self._on_fix = count
-        self.diagnostics.tell("publishers", level, text, {"publishers": str(count)})
 
 
 def main() -> None:

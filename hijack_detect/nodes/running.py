@@ -14,6 +14,8 @@ from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
 from rclpy.utilities import ok, try_shutdown
 
+from hijack_detect.nodes.security import NOT_BUILT_IN, is_asked_for, unprotected
+
 EXIT_BAD_INPUT = 2
 END_S = 5
 """Fast DDS 2.14 can lock itself up when a node is destroyed while another one leaves the graph: it
@@ -50,7 +52,8 @@ def run_composed(
 
     ROS arguments that cannot be used, and a ValueError while a node is made (a parameter out
     of bounds, a bag that cannot be read), end the process with one line on stderr and exit
-    code 2. `--help` prints the summary.
+    code 2. So does DDS security that was asked for and is not built in. `--help` prints the
+    summary.
     """
     if {"-h", "--help"} & set(sys.argv[1:]):
         program = Path(sys.argv[0]).stem
@@ -67,10 +70,15 @@ def run_composed(
     executor = executor_type()
     try:
         nodes = make(executor)
-    except ValueError as error:
-        print(f"error: {error}", file=sys.stderr)
+    except (ValueError, RuntimeError) as error:
+        built_out = "security libraries" in str(error)
+        if not isinstance(error, ValueError) and not (is_asked_for() and built_out):
+            raise
+        print(f"error: {NOT_BUILT_IN if built_out else error}", file=sys.stderr)
         try_shutdown()
         sys.exit(EXIT_BAD_INPUT)
+    if why := unprotected(sys.argv):
+        nodes[0].get_logger().error(why)
     for node in nodes:
         executor.add_node(node)
     try:

@@ -76,6 +76,7 @@ class StageNode(Node, Generic[P]):
         self._received: Counter[str] = Counter()
         self._newest_s: dict[str, float] = dict.fromkeys(inputs, time.monotonic())
         self._told: Counter[str] = Counter()
+        self._restarts = 0
         self._logged_at: dict[str, float] = {}
         self.add_on_set_parameters_callback(self._check_change)
         self.add_post_set_parameters_callback(self._apply_change)
@@ -210,6 +211,9 @@ class StageNode(Node, Generic[P]):
         for reason in new.keys() - self._told.keys():
             self.log.warning(f"left out: {reason}")
         self._told = refused
+        if self.stage.restarts > self._restarts:
+            self.log.warning("a clock ran backwards: everything before that is forgotten")
+        self._restarts = self.stage.restarts
         text = "; ".join(f"{reason} ({count})" for reason, count in new.items())
         values = {f"received {name}": str(count) for name, count in self._received.items()}
         values |= {f"left out, {reason}": str(count) for reason, count in refused.items()}

@@ -1,0 +1,110 @@
+"""Writes the SROS2 policy of every node: what it has in a running graph, and no more.
+
+python benchmarks/policies.py config/sros2
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import click
+import rclpy
+from rclpy.node import Node
+
+from hijack_detect.nodes import COMPOSED, MONITOR, NODES
+
+ROOT = Path(__file__).parents[1]
+DOMAIN = 94
+MANAGER = "mission_manager"
+ABSOLUTE = ("/rosout", "/parameter_events", "/diagnostics")
+"""Topics that no namespace moves."""
+ARGUMENTS = {"bag_replay": ("-p", f"bag:={ROOT / 'bags/curved_8'}")}
+READY_S, SETTLE_S = 30.0, 3.0
+Rights = Mapping[tuple[str, str], Sequence[str]]
+"""Names by what they are (topics, services) and what may be done (publish, reply and so on)."""
+
+
+def rights(node: Node, name: str) -> Rights:
+    """What a node of the graph has, relative to its namespace."""
+    publish = node.get_publisher_names_and_types_by_node(name, "/")
+    subscribe = node.get_subscriber_names_and_types_by_node(name, "/")
+    reply = node.get_service_names_and_types_by_node(name, "/")
+    request = node.get_client_names_and_types_by_node(name, "/")
+    return {
+        ("topics", "publish"): _names(name, publish),
+        ("topics", "subscribe"): _names(name, subscribe),
+        ("services", "reply"): _names(name, reply),
+        ("services", "request"): _names(name, request),
+    }
+
+
+def _names(node: str, found: Sequence[tuple[str, Sequence[str]]]) -> list[str]:
+    def relative(full: str) -> str:
+        if full in ABSOLUTE:
+            return full
+        private = full.removeprefix(f"/{node}/")
+        return full.removeprefix("/") if private == full else f"~/{private}"
+
+    return sorted(relative(full) for full, _ in found)
+
+
+def policy(enclave: str, profiles: Mapping[str, Rights]) -> str:
+    """A policy in the format of SROS2, version 0.2.0."""
+    root = ET.Element("policy", version="0.2.0")
+    found = ET.SubElement(
+        ET.SubElement(root, "enclaves"), "enclave", path=f"/hijack_detect/{enclave}"
+    )
+    all_of = ET.SubElement(found, "profiles")
+    for node, allowed in profiles.items():
+        profile = ET.SubElement(all_of, "profile", ns="/", node=node)
+        for (kind, what), names in allowed.items():
+            if names:
+                group = ET.SubElement(profile, kind, {what: "ALLOW"})
+                for name in names:
+                    ET.SubElement(group, kind.removesuffix("s")).text = name
+    ET.indent(root)
+    head = '<?xml version="1.0" encoding="UTF-8"?>\n<!-- Made by benchmarks/policies.py -->\n'
+    return f"{head}{ET.tostring(root, encoding='unicode')}\n"
+
+
+def run(name: str) -> dict[str, Rights]:
+    """Start a process and look at its nodes."""
+    program = ["-m", f"hijack_detect.nodes.{name}"] if name in NODES else [f"examples/{name}.py"]
+    options = ["--ros-args", *ARGUMENTS.get(name, ())]
+    process = subprocess.Popen([sys.executable, *program, *options], cwd=ROOT)
+    wanted = ("monitor", *MONITOR) if name == COMPOSED else (name,)
+    observer = Node("observer")
+    try:
+        deadline = time.monotonic() + READY_S
+        while not set(wanted) <= set(observer.get_node_names()):
+            if time.monotonic() > deadline:
+                raise click.ClickException(f"{name} does not start")
+            time.sleep(0.1)
+        time.sleep(SETTLE_S)
+        return {one: rights(observer, one) for one in wanted}
+    finally:
+        process.terminate()
+        process.wait()
+        observer.destroy_node()
+
+
+@click.command()
+@click.argument("folder", type=click.Path(file_okay=False, path_type=Path))
+def main(folder: Path) -> None:
+    """Write NODE.policy.xml for every node into FOLDER."""
+    os.environ.update(ROS_AUTOMATIC_DISCOVERY_RANGE="LOCALHOST", ROS_DOMAIN_ID=str(DOMAIN))
+    folder.mkdir(parents=True, exist_ok=True)
+    rclpy.init()
+    for name in (*NODES, MANAGER):
+        (folder / f"{name}.policy.xml").write_text(policy(name, run(name)), encoding="utf-8")
+    rclpy.shutdown()
+
+
+if __name__ == "__main__":
+    main()
