@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Installs the same lib/hijack_detect and share/hijack_detect with colcon, pip and a wheel."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Attitude of the estimator against a flight's reference attitude: a table.
 
     python benchmarks/attitude.py FOLDER [--match curved] [--no-mag] [--method quaternion]

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The attitude estimator beside the filters of `ahrs` and `vqf`, and its EKF beside FilterPy's.
 
     pip install ahrs vqf filterpy

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Figures 2 and 3 of Basan et al. 2022, redrawn from simulated flights: PNG files.
 
     python benchmarks/basan_figures.py docs/figures

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Docs/detection-limits.md: runs all attacks, fills in the tables and draws the figures.
 
     python benchmarks/detection_limits.py docs/detection-limits.md --results build/limits

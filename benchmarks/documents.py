@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Tables in a Markdown text: a line `<!-- table NAME ... -->`, and the table that follows it."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Figures of Feng et al. 2018, redrawn from simulated flights: PNG files.
 
     python benchmarks/figures.py docs/figures

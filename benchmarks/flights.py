@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Every flight of a folder, clean and attacked by a fake track at three onsets: tables.
 
     python benchmarks/flights.py FOLDER [--match quad]

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Likelihood ratios of the fusion: fitted on half of the flights, shown on the other half.
 
     python benchmarks/fusion_calibration.py build/limits docs/figures/calibration.png

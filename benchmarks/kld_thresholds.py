@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The largest divergences of clean flights, from which the KLD thresholds are taken.
 
     python benchmarks/kld_thresholds.py                           # 100 simulated flights

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The figures of docs/detection-limits.md, from the records of `limits_runs`."""
 
 from __future__ import annotations

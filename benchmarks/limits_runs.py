@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Runs behind docs/detection-limits.md: pieces of work whose records are kept as JSON.
 
 A piece is made only if its file is not there, so a stopped run goes on where it was, and a larger

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The tables of docs/detection-limits.md, from the records of `limits_runs`.
 
 An attack counts for a method that had not alarmed on the flight before its onset; the others are

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Writes the SROS2 policy of every node: what it has in a running graph, and no more.
 
 python benchmarks/policies.py config/sros2

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """A day of fixes through the node recorder over DDS, as fast as it goes: a table.
 
     python benchmarks/recorder_endurance.py [--hours 24] [--journal-mb 16]

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The recorder as a node over DDS, killed with SIGKILL while alerts come in: a table.
 
     python benchmarks/recorder_kills.py [--kills 50]

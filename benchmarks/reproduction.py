@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The tables of docs/reproduction.md: runs the evaluations and writes their figures into the text.
 
     python benchmarks/reproduction.py docs/reproduction.md --results build/reproduction

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """A mission manager that trusts the monitor only as far as it hears from it.
 
     python examples/mission_manager.py

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Parameters declared once: a frozen dataclass holds default, unit, bounds and meaning.
 
 The same declaration is what a node turns into ROS parameters, what an offline run reads from

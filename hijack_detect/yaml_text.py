@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """YAML from untrusted hands: plain data only, no key twice, every refusal with line and column."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Starts the monitor: all nodes in one process, or each in a process of its own.
 
     ros2 launch hijack_detect hijack_detect.launch.py

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Replays a bag into the monitor, with an attack if a scenario is given.
 
     ros2 launch hijack_detect replay.launch.py bag:=FOLDER scenario:=FILE rate:=4

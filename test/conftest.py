@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Simulated flights with their samples in order of stamp; no deadlines, and Ctrl-C for everyone."""
 
 import signal

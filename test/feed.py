@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """One node of the monitor, and the test as all that it hears.
 
 For each node its inputs, each with good messages of a straight flight to the North at 5 m/s and

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """How the filters of the tests start: level, and with these deviations and noises."""
 
 from __future__ import annotations

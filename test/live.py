@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The monitor as processes over DDS: what its nodes are fed, and what they say.
 
 The nodes of the monitor, a replayed bag, and every verdict that was heard, beside what an offline

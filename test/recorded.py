@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """A recorder without ROS, and a flight for it: messages as CDR, decoded by rosbags."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The node recorder, and a test as the autopilot and the monitor."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Real nodes in tests: processes over DDS, each test in a domain of its own.
 
 A test asks for the fixture `graph`, starts nodes with it, listens, and spins until a condition

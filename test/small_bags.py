@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Small bags for the tests of the replay: a straight flight with noise, a few seconds long."""
 
 from __future__ import annotations

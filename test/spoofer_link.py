@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """A gps_spoofer, and the test as the receiver before it and as all that its users hear."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The launch files, where `launch` is installed: it is not among the wheels."""
 
 import importlib.util

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The package as a user gets it: built, installed, and looked at the way ROS 2 looks at it."""
 
 from __future__ import annotations
@@ -256,3 +257,11 @@ def imported() -> set[str]:
             elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
                 names.add(node.module.split(".")[0])
     return names - ours
+
+
+def test_every_source_file_says_whose_it_is() -> None:
+    folders = ("hijack_detect", "test", "benchmarks", "examples", "launch")
+    sources = [path for folder in folders for path in (ROOT / folder).rglob("*.py")]
+    assert len(sources) > 400
+    bare = [str(one) for one in sources if not one.read_text().startswith("# Copyright ")]
+    assert bare == []

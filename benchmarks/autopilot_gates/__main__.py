@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Attacks under the innovation gates of PX4 and ArduPilot: tables, and a JSON file.
 
     python -m benchmarks.autopilot_gates OUT.json [--flights ../shared/flights] [--jobs 2]

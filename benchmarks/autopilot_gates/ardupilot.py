@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """ArduPilot's gate, EKF3 of Copter (libraries/AP_NavEKF3; PosVelFusion as of commit 0005fc0).
 
 Facts and names only, no code of it:

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """A flight cut into epochs: the IMU up to a fix, the fix, and what else the filters are given."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Flights to try the gates on; each can be sent to another process."""
 
 from __future__ import annotations

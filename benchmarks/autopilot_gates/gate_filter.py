@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """A navigation filter that runs under an autopilot's gate: accepted lies drag it along."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """PX4's gate, EKF2 (PX4-Autopilot, src/modules/ekf2; gps_control.cpp as of commit 012e542).
 
 Facts and names only, no code of it:

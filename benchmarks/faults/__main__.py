@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The fault matrix: every fault against real processes over DDS.
 
     python -m benchmarks.faults build/bench docs/reliability.md

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Somebody who can publish on the ROS graph."""
 
 from __future__ import annotations
@@ -7,7 +8,7 @@ from typing import Protocol
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
-from rclpy.qos import qos_profile_sensor_data
+from rclpy.qos import QoSProfile, qos_profile_sensor_data
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import NavSatFix
 from std_msgs.msg import Bool
@@ -86,11 +87,11 @@ def forged_verdict(detector: str, state: State, *, ahead_ns: int = 1) -> MakeAtt
     return make
 
 
-def flood(topic: str, kind: type) -> MakeAttacker:
+def flood(topic: str, kind: type, qos: QoSProfile = qos_profile_sensor_data) -> MakeAttacker:
     """Publishes empty messages, 10,000 a second."""
 
     def make(node: Node) -> Attacker:
-        outlet = node.create_publisher(kind, topic, qos_profile_sensor_data)
+        outlet = node.create_publisher(kind, topic, qos)
         message = kind()
 
         def act(one: Sent) -> None:

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The faults, by name."""
 
 from __future__ import annotations
@@ -33,6 +34,7 @@ from benchmarks.faults.flight import (
 )
 from hijack_detect.detectors.verdict import State
 from hijack_detect.nodes import COMPOSED, MONITOR
+from hijack_detect.nodes.qos import INTERNAL
 from hijack_detect.simulation.plan import Place
 
 VELOCITY = "/gps/vel"
@@ -124,7 +126,7 @@ ADVERSARIES: Mapping[str, Case] = {
     "flood_fix": Case("10,000 empty fixes a second", attacker=flood(FIX, NavSatFix)),
     "flood_verdict": Case(
         "10,000 empty verdicts a second on `coast/verdict`, processes",
-        attacker=flood("coast/verdict", DiagnosticArray),
+        attacker=flood("coast/verdict", DiagnosticArray, INTERNAL),
         **SEPARATE,
     ),
 }

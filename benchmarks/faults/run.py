@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """One fault: starts the monitor, plays a flight to it, breaks something, and listens."""
 
 from __future__ import annotations

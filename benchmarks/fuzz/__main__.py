@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Random input for every parser, led by what it reaches; counts of what was tried.
 
     make fuzz

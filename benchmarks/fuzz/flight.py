@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """A flight whose messages are tampered with on their way into the monitor."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Gives one parser random bytes, led by what they reach (Atheris, libFuzzer)."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """How fast the monitor is, as ratios to something measured in the same run.
 
     make bench            (python benchmarks/speed/bench.py build/bench)

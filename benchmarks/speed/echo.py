@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The least that a node can do: it receives the inputs, and answers each fix at once."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """What is measured, each in a process of its own.
 
     python benchmarks/speed/jobs.py NAME BAG

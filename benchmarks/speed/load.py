@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Bags to measure with: a simulated flight, resampled to any rate of IMU and GPS."""
 
 from __future__ import annotations

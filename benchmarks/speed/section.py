@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """One part of the benchmark: its figures, and the ratios that must not grow."""
 
 from __future__ import annotations

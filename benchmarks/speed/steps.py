@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """What one step of each estimator and detector costs, and that a longer window does not cost more.
 
 A simulated flight goes through the monitor once, and what each part hears is kept. Then each part

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Writes the transcripts anew, or says whether every bit is the same.
 
 python -m benchmarks.transcripts            writes benchmarks/transcripts/*.txt

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Says whether every supported Python gives the same bits: `make pythons`.
 
     python benchmarks/transcripts/pythons.py build/pythons

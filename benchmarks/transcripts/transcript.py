@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """A replay as text: alerts, changes of state, and the scores every two seconds."""
 
 from __future__ import annotations

@@ -1,1 +1,2 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Reading and writing of mcap bags."""

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The structure of an MCAP file, read with every length checked.
 
 Bags come from crashed recorders, broken disks and strangers. The libraries at hand trust the

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Decoding of the records of an MCAP file, with every length checked.
 
 The format: https://mcap.dev/spec. All integers are little endian.

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """From samples to ROS messages: the inverse of `streams.messages`."""
 
 from __future__ import annotations

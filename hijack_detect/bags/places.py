@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Where a bag is: a path, or a URL of any file system that fsspec knows."""
 
 from __future__ import annotations

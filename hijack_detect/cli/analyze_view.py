@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """What `hijack-detect analyze` shows on a terminal: one sentence, then a small table."""
 
 from __future__ import annotations

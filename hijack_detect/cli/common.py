@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """What the commands share: how they refuse input, find scenarios and show progress."""
 
 from __future__ import annotations

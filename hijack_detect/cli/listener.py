@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Listens to the monitor and to the replay, as a mission manager would."""
 
 from __future__ import annotations

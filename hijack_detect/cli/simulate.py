@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The command `simulate`: a bag of a flight that is flown by its GPS, honest or spoofed."""
 
 from __future__ import annotations

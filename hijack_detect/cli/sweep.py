@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The command `sweep`: how good the methods are against one parameter or size of attack."""
 
 from __future__ import annotations

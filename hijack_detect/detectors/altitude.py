@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """GPS height against the barometer, and against the vertical inertial channel."""
 
 from __future__ import annotations

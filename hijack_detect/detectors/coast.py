@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Inertial consistency: has the GPS accelerated in a way that the IMU did not feel?"""
 
 from __future__ import annotations

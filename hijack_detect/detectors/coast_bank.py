@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Likelihood of a constant offset acceleration of the GPS since each of many onsets."""
 
 from __future__ import annotations

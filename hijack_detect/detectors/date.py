@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """GPS acceleration against the accelerometer: the DATE'17 method of Feng et al. 2018, §3.4."""
 
 from __future__ import annotations

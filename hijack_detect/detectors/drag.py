@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Drag as an airspeed sensor: does the GPS velocity need a wind that no atmosphere makes?"""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Attitude and GPS velocity to blocks of specific force against motion over ground."""
 
 from __future__ import annotations

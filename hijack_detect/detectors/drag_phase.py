@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Whether a multirotor is in the air, from GPS velocity and the shaking of its accelerometer."""
 
 from __future__ import annotations

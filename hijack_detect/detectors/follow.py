@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Whether the nose follows the course in this phase of flight."""
 
 from __future__ import annotations

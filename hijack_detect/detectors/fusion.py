@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Fuses the detectors' verdicts into one alert; `fusion_decisions` says when."""
 
 from __future__ import annotations

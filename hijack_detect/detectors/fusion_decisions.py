@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The policies of the fusion: when do the detectors' verdicts become an alert?"""
 
 from __future__ import annotations

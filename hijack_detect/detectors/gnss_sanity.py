@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Consistency of a receiver stream with itself: jumps, freezes, impossible motion, stamps."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Parameters of the consistency checks of a receiver stream.
 
 One set for all vehicles. "Clean" below is 8 recorded flights (quadrotors, and a fixed wing of up

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Headings of gyroscope, compass and GPS against each other: which one disagrees."""
 
 from __future__ import annotations

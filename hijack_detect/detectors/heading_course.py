@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Course over ground against the nose, whose heading does not come from the GPS."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Which of three headings has turned away from the other two."""
 
 from __future__ import annotations

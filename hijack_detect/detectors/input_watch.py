@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Says which input of a detector has stopped, so that silence is never taken for normal."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Dead-reckoned position against the reported one: the naive comparison of Feng 2018, §3.3."""
 
 from __future__ import annotations

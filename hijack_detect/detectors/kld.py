@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Kullback-Leibler divergence of GPS statistics: Basan et al. 2022, and a hardened variant."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """From GPS samples to the counts whose Poisson distributions are compared.
 
 Each class takes fixes, velocities and numbers of satellites in order of stamp and returns the

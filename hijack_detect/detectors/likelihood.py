@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """From the margin of a detector to a likelihood ratio: attacked against clean."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """How much worse than the model the sensors of this vehicle are, learnt in flight."""
 
 from __future__ import annotations

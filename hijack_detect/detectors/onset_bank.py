@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Likelihood of an offset of the GPS height since each of many onsets (Willsky and Jones 1976)."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """A condition must hold for a while before it is an alarm."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The Poisson distribution in log space, exact to rounding from 0 to 1e15 and beyond.
 
 `x ln λ - λ - lgamma(x + 1)` loses digits as x grows: nine of them at the 1e9 of a longitude in

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Tells a receiver whose clock was set back from one whose stamps are broken."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Sums over a sliding window in time that cost O(1) a sample and never drift."""
 
 from __future__ import annotations

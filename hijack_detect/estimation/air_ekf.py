@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The filter of `lag_ekf` that also feels the air: wind, drag and tilt of the rotors are states.
 
 The drag of a multirotor says how fast it moves through the air. As long as the wind stays, that

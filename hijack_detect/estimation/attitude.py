@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Attitude at every IMU sample, from gyroscope, accelerometer, GPS and magnetometer."""
 
 from __future__ import annotations

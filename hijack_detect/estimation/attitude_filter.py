@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The filter that follows IMU and GPS, with a magnetometer where there is one, and its start."""
 
 from __future__ import annotations

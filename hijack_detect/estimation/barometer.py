@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Height from static pressure by the standard atmosphere (ICAO Doc 7488, troposphere)."""
 
 from __future__ import annotations

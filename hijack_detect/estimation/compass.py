@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Heading from gyroscope, accelerometer and magnetometer: nothing in it comes from the GPS.
 
 A multiplicative error-state Kalman filter on attitude and gyroscope bias. The attitude error is

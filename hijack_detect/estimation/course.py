@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """GPS angle: the direction of motion over ground from successive fixes (Feng 2018, Eq. 1)."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """A multirotor as an airspeed sensor: wind, drag and accelerometer bias from specific force.
 
     f = -(k + q |a|) a + b,    a = V - A w

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Horizontal specific force of a multirotor by its motion through the air.
 
     f = -(k + q |a|) a

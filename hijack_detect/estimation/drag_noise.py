@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """What is assumed of wind and drag, and how well drag explains the force of this vehicle."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The 15-state error-state Kalman filter of Feng et al. 2018, §3.5.
 
 Nominal state: position and velocity (ENU, m and m/s), attitude (quaternion FLU → ENU),

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Several filters that differ in heading, until the motion shows which one is right."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """IMU samples kept until the filter, which runs behind by the GPS lag, has used them."""
 
 from __future__ import annotations

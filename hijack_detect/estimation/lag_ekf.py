@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The filter of `ekf` with two more states: how far GPS position and velocity lag behind."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Attitude by quaternion integration alone: Feng et al. 2018, Eqs. 2-10.
 
 This module keeps the paper's frames: body x right, y forward, z up; world x East, y North, z up.

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Rotations as quaternions (x, y, z, w) that turn body FLU vectors into ENU."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Thin ROS 2 nodes, one file each: parameters, topics, QoS, nothing else."""
 
 # Every name is a module of this package with a main(), and the executable that starts it.

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The whole monitor in one process: a fraction of the processor time that its nodes take alone.
 
 Subscribes once to each of imu/data_raw, gps/fix, gps/vel (ENU), gps/satellites, mag and pressure.

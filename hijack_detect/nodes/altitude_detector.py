@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """GPS height against the barometer, and against the vertical specific force.
 
 Subscribes imu/data, pressure (sensor_msgs/FluidPressure, Pa), gps/vel (ENU) and gps/fix; pressure

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Attitude from raw IMU and GPS, with the magnetometer where there is one.
 
 Subscribes imu/data_raw, gps/fix, gps/vel (ENU), mag. Publishes imu/data (sensor_msgs/Imu with

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Replays a recorded flight, and injects spoofing attacks into it.
 
 Publishes every topic of an mcap bag whose type is installed, with the recorded header stamps or,

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Inertial consistency: an acceleration of the GPS that the IMU did not feel.
 
 Subscribes imu/data_raw, gps/fix, gps/vel (ENU) and mag; the last two may be absent. Publishes

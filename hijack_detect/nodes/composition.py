@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Several nodes in one process, which hand each other samples instead of messages."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Yaw against GPS course: Feng et al. 2018, Algorithms 1 and 2.
 
 Subscribes imu/data and gps/course. Publishes correlation/verdict (DiagnosticArray),

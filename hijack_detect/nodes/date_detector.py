@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """GPS acceleration against the accelerometer: the DATE method of Feng et al. 2018, section 3.4.
 
 Subscribes imu/data, gps/fix and gps/vel (ENU). Publishes date/verdict (DiagnosticArray),

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """What a node says of itself on /diagnostics."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Drag as an airspeed sensor: a GPS velocity that needs a wind no atmosphere makes.
 
 Subscribes imu/data, gps/fix and gps/vel (ENU). Publishes drag/verdict (DiagnosticArray),

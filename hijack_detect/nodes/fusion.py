@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Fuses the detectors' verdicts into hijack_alert.
 
 Subscribes DETECTOR/verdict of every detector. Publishes hijack_alert (Bool, latched, reliable

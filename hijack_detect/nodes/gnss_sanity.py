@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Consistency of the GPS stream with itself: jumps, freezes, impossible motion, stamps.
 
 Subscribes gps/fix, gps/vel (ENU) and gps/satellites (UInt32); the last two may be absent.

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Course over ground from successive fixes.
 
 Subscribes gps/fix. Publishes gps/course (geometry_msgs/QuaternionStamped, rotation about Up from

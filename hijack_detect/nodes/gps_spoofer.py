@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Attacks the GPS on its way from a receiver to its users: the attack simulator on a live stream.
 
 Subscribes gps/fix_in, gps/vel_in (ENU) and gps/satellites_in. Publishes gps/fix, gps/vel and

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Headings of gyroscope, compass and GPS against each other: yaw without trust in the GPS.
 
 Subscribes imu/data_raw, mag (may be absent), gps/fix, gps/vel (ENU) and imu/data. Publishes

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Kullback-Leibler divergence of GPS statistics: Basan et al. 2022.
 
 Subscribes gps/fix, gps/vel (ENU) and gps/satellites (UInt32); the last two may be absent.

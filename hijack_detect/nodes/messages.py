@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """From samples and verdicts to ROS messages, and verdicts back."""
 
 from __future__ import annotations

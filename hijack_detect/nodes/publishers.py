@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Tells when somebody else publishes on a topic that should have one publisher."""
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ class PublisherWatch:
         for topic, before in self._counts.items():
             count = self._counts[topic] = self._node.count_publishers(topic)
             if count > 1:
-                text = f"{count} publishers on {topic}: one of them may be an attacker's"
+                text = f"{count} publishers on {topic}: one may be an attacker's, or of a process that died"
                 crowded.append(text)
                 if count > before:
                     self._node.get_logger().warning(text)

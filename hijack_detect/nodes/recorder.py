@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Keeps a journal of the flight, and a bag of what was around each alert.
 
 Subscribes the inputs imu/data_raw, gps/fix, gps/vel, mag, pressure and gps/satellites,

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Says when DDS security was asked for and is not there (SROS2; docs/security.md)."""
 
 from __future__ import annotations

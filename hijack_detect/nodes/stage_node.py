@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """What every node of the monitor shares: parameters, inputs, one stage, diagnostics."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Keeps an alert beyond the end of the process that raised it."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """How a node's inputs and outputs are wired: to topics, or within one process to other nodes."""
 
 from __future__ import annotations

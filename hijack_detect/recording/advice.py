@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """What to do about a disk that does not take what is written."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Which messages belong to which snapshot: decided on header stamps alone.
 
 The log time of a message is its stamp, and never less than that of the message before of its topic.

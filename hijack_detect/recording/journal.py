@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The journal: one SQLite file that survives SIGKILL and stays inside its bound on disk.
 
 Write-ahead logging with a flush at every commit: a row that was committed survives a loss of

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Rows of a journal as CSV or JSON, written one by one; and times as people read them."""
 
 from __future__ import annotations

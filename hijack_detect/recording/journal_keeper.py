@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Keeps a journal going: batches, retries, and a damaged file moved out of the way."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Reading a journal: also while it is written, and from a disk that cannot be written."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """What is wrong at the moment: each problem is told once, and its end too."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The recorder without ROS: messages in, files and a report out."""
 
 from __future__ import annotations

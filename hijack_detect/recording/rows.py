@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """From messages to rows of the journal, in the order of the schema's columns.
 
 The functions read attributes only, so a message may come from rclpy or from rosbags.

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Tables of the journal, as its writer and its readers know them."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Snapshots on disk: written beside, flushed, then renamed, so that a name means a whole bag."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Writes snapshots in a thread of its own: messages that arrive meanwhile do not wait."""
 
 from __future__ import annotations

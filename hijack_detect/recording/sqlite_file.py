@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """What SQLite leaves to its users: transactions, and which files and errors belong to it."""
 
 from __future__ import annotations

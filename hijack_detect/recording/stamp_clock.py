@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The time of a recording, told by header stamps."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Flies the route by what the navigation believes: position, velocity, tilt, heading.
 
 The target point moves along the route and waits when the vehicle falls behind. Position error

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The route `brake`: to full speed and to a stop, as hard as the vehicle can."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """What differs from flight to flight: the vehicle, the weather and the sensors."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """What makes a clean flight hard: gusts, spins, a bent field, a silent or jumping GPS, vibration.
 
 Nothing here draws random numbers, so that a flight is the same with and without it up to its

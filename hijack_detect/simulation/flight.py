@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """One simulated flight: the truth, and what the sensors say of it."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The GPS receiver of the vehicle: late, noisy, and as honest as what answers its antenna."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Clean flights that are hard to tell from attacked ones, by name.
 
 The seed draws when a disturbance begins, from where it comes and how strong it is, from a

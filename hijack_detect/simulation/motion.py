@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The true motion of a flight, and the loop that makes it."""
 
 from __future__ import annotations

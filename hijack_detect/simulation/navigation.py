@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """What the autopilot believes: inertial motion, pulled towards whatever the GPS reports.
 
 A stand-in for the estimator of a real autopilot, and as trusting. Between fixes it integrates

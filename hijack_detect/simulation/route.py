@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Where the flight is meant to be: course and speed over time, smoothed and integrated."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """What the sensors other than GPS say of a motion: bias, noise, vibration and resolution.
 
 Every output is rounded to the resolution of a common part. So a bag made on another processor,

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """A multirotor as far as its sensors can tell: thrust along z, drag, and a lag in everything.
 
     a = R f - g,    f = (-d u, -d v, T),    d = drag + drag_quadratic |air|

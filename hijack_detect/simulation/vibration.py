@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Strong vibration as a sampled IMU reads it: what turns faster than half the rate is folded.
 
 Each of the four rotors shakes with an amplitude and a direction of its own, at a speed that

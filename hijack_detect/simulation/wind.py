@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The air: a mean wind, and gusts that come and go."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The ways in which an attack changes samples: offset, track, frozen, replayed.
 
 An attack sees every true sample of its segment in stamp order. What it reports for one stamp

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Random numbers that depend on seed, place in time and stream only.
 
 A dropped or repeated message therefore changes no other, and live and offline agree.

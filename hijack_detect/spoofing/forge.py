@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The attack simulator of Basan et al. 2022, section 3.1: values generated anew at every update."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The attack simulator of Basan et al. 2022 as an attack model of scenario files."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Memory of a piece of the flight, no longer than a replay needs it."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """A spoofer on a live stream: attacks can be set and changed while it runs."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Which attack a live spoofer runs: the modes of Basan et al. 2022, a model, or a scenario."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Attacks that add an offset to the true motion: jump, drift, altitude, jitter.
 
 Pure functions of the time since onset. Offsets are metres, their rates m/s, both in ENU of the

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Attacks on the messages of a GPS receiver, whether they come from rclpy or from rosbags."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The state of the vehicle at an attack's onset, from samples strictly before it.
 
 Using only what came before makes the attack independent of whether the fix or the velocity of

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The local tangent plane in which attacks are drawn: metres East, North, Up of one fix.
 
 WGS-84 through pymap3d, so neither the antimeridian nor the neighbourhood of a pole is special.

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """From pydantic's findings to sentences: which segment, which key, which value, what is allowed."""
 
 from __future__ import annotations

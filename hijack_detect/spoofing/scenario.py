@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Scenario files: a list of attacks with start and end, checked before anything runs."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """What a scenario file may say: one frozen model per kind of attack, with units and bounds.
 
 Bearings are degrees clockwise from North, the seaman's way, because that is what an analyst

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The words of which scenario files are made: strict values with bounds."""
 
 from __future__ import annotations

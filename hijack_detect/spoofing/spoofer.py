@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Applies a scenario to the GPS samples of a flight, offline and live alike."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Attacks that replace the true motion by a track: fake_track and turn_away.
 
 Pure functions of the time since onset. Positions are metres from the position at onset,

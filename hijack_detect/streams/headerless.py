@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Stamps for numbers of satellites, which come as `std_msgs/UInt32` without a header."""
 
 from __future__ import annotations

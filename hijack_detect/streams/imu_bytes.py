@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """From the bytes of a `sensor_msgs/Imu` to samples, without making the message.
 
 Most of what a monitor hears are IMU samples, and most of an Imu are covariances that nobody reads.

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Merging several inputs into one stream ordered by header stamp.
 
 Topics arrive in any order relative to each other. A sample is released once every input that

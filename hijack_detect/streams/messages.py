@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """From ROS messages to samples, with every value checked.
 
 The functions read attributes only, so the message may come from rclpy or from rosbags: a live

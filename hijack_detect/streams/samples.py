@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The samples that travel between the parts of the monitor.
 
 Every sample carries the header stamp of its message in integer nanoseconds, so that no

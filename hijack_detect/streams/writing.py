@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """From samples back into the messages that they came from.
 
 Like `messages`, the functions use attributes only, so the message may come from rclpy or from

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Reading bags that are as they should be."""
 
 from collections.abc import Callable

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Writing bags: round trips, the same bytes, and what is refused."""
 
 import math

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Bags that are elsewhere: in an archive, behind a URL, or nowhere."""
 
 from __future__ import annotations

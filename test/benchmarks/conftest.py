@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The benchmarks are scripts that import each other from their folders."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The gates of PX4 and ArduPilot: their arithmetic by hand, and their behaviour at rest."""
 
 import math

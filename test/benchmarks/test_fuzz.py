@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Every parser takes or refuses what is random; `make fuzz` goes on for longer, led by coverage."""
 
 from __future__ import annotations

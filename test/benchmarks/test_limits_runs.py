@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Which detections count, and on which half of the flights."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The bags that speed is measured with, the jobs, and what counts as worse."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The command `hijack-detect` as its user runs it, with all nodes as processes."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """A straight flight to the North as a receiver tells it, and what the detector says of it."""
 
 from collections.abc import Callable

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """GPS height against barometer and accelerometer, on motions worked out by hand."""
 
 import math

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The coast detector on simulated flights, on synthetic ones, and on recorded ones."""
 
 from __future__ import annotations

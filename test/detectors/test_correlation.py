@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Algorithm 2 of the paper on constructed trends, against NumPy."""
 
 import math

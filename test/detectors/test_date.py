@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Specific force from GPS against the accelerometer, on motions worked out by hand."""
 
 import itertools

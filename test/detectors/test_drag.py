@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """A multirotor in an ideal wind: what the drag detector says of its GPS velocity."""
 
 import math

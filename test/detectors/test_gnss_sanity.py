@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The consistency checks on motions worked out by hand, each attack and its innocent likeness."""
 
 import dataclasses

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Gyro, compass and GPS against each other: who is named, and who is never accused."""
 
 import heapq

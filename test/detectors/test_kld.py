@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The Kullback-Leibler detector against sums done by hand with SciPy, and what it must not do."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """What a vehicle's noise is taken for, by hand, and what an attacker cannot do to it."""
 
 import math

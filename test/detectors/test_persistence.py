@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """A condition becomes an alarm once it has held long enough."""
 
 import pytest

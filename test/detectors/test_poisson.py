@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The Poisson distribution against SciPy, and against exact arithmetic where SciPy loses digits."""
 
 from __future__ import annotations

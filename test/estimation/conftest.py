@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Errors of an attitude against the truth of a simulated flight."""
 
 from collections.abc import Callable

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The filter that feels the air: against flights in closed form with a known wind and drag."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The attitude estimator on recorded flights, against truth or the autopilot's own attitude."""
 
 import json

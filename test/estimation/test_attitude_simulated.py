@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The attitude estimator on flights of the package's own simulator, against their truth."""
 
 from collections.abc import Callable

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Height from pressure against the table of the standard atmosphere."""
 
 import pytest

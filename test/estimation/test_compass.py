@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Heading without GPS: on motions worked out by hand, and against the truth of a simulation."""
 
 import itertools

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Course over ground against closed formulas of the ellipsoid, and Eq. 1 in all its cases."""
 
 import math

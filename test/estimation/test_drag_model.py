@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The force of drag: by hand, and its derivatives by differences."""
 
 from __future__ import annotations

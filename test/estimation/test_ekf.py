@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The 15-state filter against numerical derivatives, the textbook and simulated truth."""
 
 import copy

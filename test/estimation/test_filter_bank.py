@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Filters with different headings: the motion decides, or nothing does."""
 
 from collections.abc import Callable

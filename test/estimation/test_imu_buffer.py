@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The buffer between the newest IMU sample and the filter behind it."""
 
 import numpy as np

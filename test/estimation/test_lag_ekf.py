@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The filter with lags: against motion in closed form, the textbook and the filter without them."""
 
 import copy

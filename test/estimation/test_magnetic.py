@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Magnetic heading against published values of the World Magnetic Model."""
 
 import math

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The paper's Eqs. 2-10 against SciPy; angles and frames as in the paper."""
 
 import math

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The example of a mission manager: decisions by hand, and the real node beside a real fusion."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Acknowledged delivery behind gps_spoofer: subscribers that come late, and one that is killed."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Messages that no sensor can mean: counted, told, left out, and the node goes on."""
 
 from __future__ import annotations

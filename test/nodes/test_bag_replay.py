@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The node bag_replay as a process, heard over DDS."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """All nodes in one process: what they subscribe to, publish and survive."""
 
 from __future__ import annotations

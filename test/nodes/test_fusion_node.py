@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The node fusion: the alert that a mission manager subscribes to."""
 
 from __future__ import annotations

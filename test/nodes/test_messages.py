@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Samples and verdicts survive their trip through ROS messages to the bit."""
 
 from __future__ import annotations

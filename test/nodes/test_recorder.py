@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The node recorder: what it leaves on disk, and what it says of it."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Asked-for security that is not there is said at start; the policies allow what nodes have."""
 
 from __future__ import annotations

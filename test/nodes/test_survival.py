@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The file that an alert survives in: what is read of it, and what is not believed."""
 
 from __future__ import annotations

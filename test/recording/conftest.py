@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Makes the helpers of test/ importable, and gives a folder where flushing takes no time."""
 
 import shutil

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Kills a recorder many times while alerts come in, and looks at what each left.
 
     python killed.py FOLDER KILLS

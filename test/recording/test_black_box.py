@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Which messages get into a snapshot: decided on stamps, in the order of arrival."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """24 hours of fixes: memory stays flat, and the journal inside its bound."""
 
 from __future__ import annotations

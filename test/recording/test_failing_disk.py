@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """A disk that is full, read-only or damaged is told once, and recording goes on afterwards."""
 
 from __future__ import annotations

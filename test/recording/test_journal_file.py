@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The file of the journal: all or nothing, inside its bound, and no file is lost to it."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """A recorder that is killed at any moment leaves a journal that opens, and whole snapshots."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Journal and snapshots together: what one says of the other."""
 
 from __future__ import annotations

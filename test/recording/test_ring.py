@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The ring holds what was last, and never more than its seconds and bytes."""
 
 from __future__ import annotations

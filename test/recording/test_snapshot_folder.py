@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Snapshots on disk: whole bags under names of their own, so many and no more."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """A spoofed GPS steers the vehicle: what is reported follows the plan, the truth does not."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The autopilot points its thrust where it must, waits for a vehicle, and knows its limits."""
 
 import math

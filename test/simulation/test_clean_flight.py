@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """A flight with an honest GPS goes where its plan says, as a multirotor goes there."""
 
 import math

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Disturbances are as large as they say, and leave the rest of the flight as it was."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The sensors of a simulated flight are as bad as real ones, and the same for the same seed."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """A simulated flight obeys the laws that the detectors rely on."""
 
 import math

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The autopilot's navigation trusts its GPS: a smooth motion at once, a jump when it lasts."""
 
 from collections.abc import Callable

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The vehicle conserves what it must, and follows its commands with the lags it claims."""
 
 import math

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Closed-form flights whose reported velocity is the exact derivative of their position."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The attack simulator of Basan et al. 2022: what is forged, its spread, and that it is pure."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Whatever a valid scenario says, the output is finite, on the globe, and repeatable."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Numbers of satellites find their fix by the order of publication, whatever overtakes what."""
 
 from __future__ import annotations

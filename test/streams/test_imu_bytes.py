@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """An Imu read from its bytes says what the message says, as rosbags and rclpy write it."""
 
 from __future__ import annotations

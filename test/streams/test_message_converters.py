@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """What the border lets in: messages as rosbags decodes them, with every kind of bad value."""
 
 import math

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """A stream that repeats itself while the vehicle moves."""
 
 from __future__ import annotations

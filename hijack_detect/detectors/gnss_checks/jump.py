@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """A step of position that the reported motion does not explain."""
 
 from __future__ import annotations

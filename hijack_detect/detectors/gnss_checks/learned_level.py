@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """How good a receiver is, learned from its own clean past, in a way that is hard to mislead."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Mean velocity over the last second, or over a longer gap, from fixes."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Stamps that repeat, run backwards or jump: what the merge refused before any check saw it."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """What a check is given at every fix, and what it says."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Receiver figures that change more often than a sky does: satellites, claimed accuracy."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Change of position against the integral of the reported velocity, over several horizons."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """What an analysis keeps of all that is said about a flight, however long that is."""
 
 from __future__ import annotations

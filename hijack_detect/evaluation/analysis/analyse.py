@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Analyses a bag: runs it through the monitor and compares with what is known of an attack."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """What an analysis of a bag says, as data: `docs/analysis.schema.json` describes it."""
 
 from __future__ import annotations

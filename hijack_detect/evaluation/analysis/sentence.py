@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The outcome of an analysis in one sentence, for the terminal, the report and the JSON."""
 
 from __future__ import annotations

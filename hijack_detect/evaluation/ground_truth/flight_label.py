@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The label of a simulated flight: what was flown, and what the attack did to it."""
 
 from __future__ import annotations

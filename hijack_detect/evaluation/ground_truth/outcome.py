@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """What a monitor achieved on one flight: alarms before the attack, time to detect."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """What is known of a bag's attack from elsewhere: a scenario, ground truth topics, or a label."""
 
 from __future__ import annotations

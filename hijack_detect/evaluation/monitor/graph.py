@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The monitor as one object: the same stages that the nodes run, wired as their topics are."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Runs a bag through the monitor without ROS: what the nodes would say, to the bit."""
 
 from __future__ import annotations

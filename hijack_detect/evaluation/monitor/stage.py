@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """A stage: one estimator or detector behind a merge of its inputs."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Attacks applied to the messages of a bag: what an attack forges changes, all other bytes stay."""
 
 from __future__ import annotations

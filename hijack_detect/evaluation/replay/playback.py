@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The messages of a bag as they are replayed: chosen, checked, and spoofed."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """When each message of a replay is due: pace, pause, step, loop, and the clock."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Bags of simulated flights, with or without an attack that steers the vehicle."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Tables 4 and 5 of Basan et al. 2022, the paper's figures beside ours."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Runs methods on many flights and sums up how good they were."""
 
 from __future__ import annotations

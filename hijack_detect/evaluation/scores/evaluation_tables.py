@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The tables of an evaluation as text, for the terminal and the page alike."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The time that forging takes: Basan et al. 2022, §3.2, "the time spent on simulating the data"."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """What every detector and the fusion said around an attack, small enough to keep for thousands.
 
 From these records come maps of detection and time to detect, ROC curves, and the calibration of

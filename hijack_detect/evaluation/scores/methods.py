@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """What each method said of one flight, and whether it was right.
 
 The methods are the detectors by name, the naive comparison `ins_position`, `both` (alarm once

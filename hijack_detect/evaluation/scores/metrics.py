@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """How good a method was on many flights, with intervals."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Receiver operating characteristic: what every threshold on a score would give.
 
 A flight has one score. The curve says which part of the hijacked flights lies at or above a

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The experiment of Basan et al. 2022, §3: flights whose GPS is forged softly or hard.
 
 The paper gives the standard deviation of the forged altitude (Table 4) and says which parameters

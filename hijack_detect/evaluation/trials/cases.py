@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Flights to judge a method on: recorded or simulated, clean or attacked."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Arrays of fake fixes, the attack of Feng 2018, §5: drawn from a seed, matched to any flight."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Attack families in several sizes, to find how large an attack must be to be seen.
 
 Every attack lasts to the flight's end. What an attack draws (its side or bearing, a fake track's

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Attacks one recorded flight many times, at the cost of little more than what is attacked.
 
 The monitor runs over the clean flight once. Where an attack begins, it is copied as it is, and

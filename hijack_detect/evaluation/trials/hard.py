@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Clean flights that are hard: gusts, braking, spins, a bent field, a GPS that fails honestly.
 
 There is no attack in any, so every alarm is a false one. Each kind is a class of its own.

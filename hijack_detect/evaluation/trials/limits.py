@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Flights of the closed-loop simulator, clean and under one size of attack for each class.
 
 They are for detection rates with narrow intervals: at scale 10 there are 300 clean flights, half

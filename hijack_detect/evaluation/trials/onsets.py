@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Where to attack a recorded flight: seeded onsets in forward flight, which no detector chose."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Runs a function over many flights: here, on several cores, or on a Dask cluster."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Generated sets of flights to judge methods on; the seeds are fixed, so everyone gets the same.
 
 `feng2018` is the experiment of Feng 2018, §5: 25 clean flights on straight and 25 on curved

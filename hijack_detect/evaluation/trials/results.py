@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Results of a long run, kept as Parquet while it goes on, so that it can be taken up again."""
 
 from __future__ import annotations

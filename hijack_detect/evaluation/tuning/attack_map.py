@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """How large a carry-off must be to be seen: drift speed against onset acceleration."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """What a flight says of its own sensors: the GPS's lag, and the IMU's noise.
 
 Both are figures of one vehicle that the package needs and no data sheet gives. They come from

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """What one clean flight says of its vehicle, and when an attack would fit into it."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Pictures of sweeps: correctness against a parameter, and maps of attack sizes."""
 
 from __future__ import annotations

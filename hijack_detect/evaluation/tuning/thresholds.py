@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Choosing a detector's threshold from its alarms on clean flights (Feng et al. 2018, §5).
 
 The paper's baseline test is to fly clean, run the method offline and adjust its thresholds.

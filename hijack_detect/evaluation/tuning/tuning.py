@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The baseline procedure of Feng et al. 2018, §5, for one vehicle: fly clean, then adjust.
 
 From clean flights come the GPS's lag, the IMU's noise, and thresholds for a requested rate of

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The analysis of a bag as data: spans, outcome, and the JSON with its schema."""
 
 from __future__ import annotations

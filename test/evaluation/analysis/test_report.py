@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The page of an analysed flight, opened in a real browser without a network."""
 
 from __future__ import annotations

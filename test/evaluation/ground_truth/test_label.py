@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """A label that cannot be one is refused with its path."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Judging a flight: alarms before the attack, the first one in it, and the alert."""
 
 from __future__ import annotations

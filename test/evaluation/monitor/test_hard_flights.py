@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Hard but clean flights through the whole monitor on the default policy: no alert in any."""
 
 from __future__ import annotations

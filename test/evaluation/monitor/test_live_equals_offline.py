@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The same bag gives the same verdicts offline and live, at any rate, to the bit."""
 
 from __future__ import annotations

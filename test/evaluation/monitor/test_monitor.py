@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """All parts together: the order of arrival decides nothing, and an attack is found."""
 
 import math

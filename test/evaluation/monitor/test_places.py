@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The same flight anywhere on Earth: quiet while it is clean, alerted when it is carried off."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Policies, the parameter files made from them, and files that are refused."""
 
 from __future__ import annotations

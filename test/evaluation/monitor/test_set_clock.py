@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """A clock that is set in flight is no attack; one of the receiver alone may be."""
 
 from __future__ import annotations

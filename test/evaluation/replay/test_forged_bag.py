@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Forged parameters in a bag: the copy, the replay and the offline run say the same."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """A spoofed copy of a bag: the same messages, and the truth beside them."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Which topics of a bag are replayed, and as what."""
 
 from __future__ import annotations

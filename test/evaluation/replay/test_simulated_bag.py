@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The bags of the project are made by the commands in their README; attacks come with labels."""
 
 from __future__ import annotations

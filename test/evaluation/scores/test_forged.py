@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The quality of forged data: by hand, and in the units of Table 2."""
 
 from __future__ import annotations

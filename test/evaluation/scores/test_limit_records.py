@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Records of attacks, against hand-made verdicts, and one flight of each sort."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Judging methods on one flight: when an alarm is right, and what score it has."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Figures over many flights, against numbers worked out by hand or printed elsewhere."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The flights of Basan's experiment: how many of what, always the same, forged as the modes say."""
 
 from __future__ import annotations

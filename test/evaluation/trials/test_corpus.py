@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Finding the flights of a folder, and what their labels make of them."""
 
 from __future__ import annotations

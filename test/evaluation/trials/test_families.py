@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Attack families: the same for everyone, to any side, sizes that differ in size only."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Attacks that fork off a clean run say what whole runs with the same scenario say."""
 
 from __future__ import annotations

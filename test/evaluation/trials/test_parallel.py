@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Many cases on several cores or a cluster: in order, failures by name, nothing lost or twice."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The generated flights: how many of what, always the same, and attacked by fake tracks."""
 
 from __future__ import annotations

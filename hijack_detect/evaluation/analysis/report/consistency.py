@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The figures of the detectors that compare the GPS with other sensors and with itself."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The figures of the flight: map, states over time, distance from the truth, GPS quality."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Makes curves fit to be drawn: fewer points without losing a peak, and angles without jumps."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The parts of the page that are no figures: key facts, key of the shades, and tables, as HTML."""
 
 from __future__ import annotations

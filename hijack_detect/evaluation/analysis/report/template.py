@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The page's own HTML, style and script. Everything is in the one file: it opens offline."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The figures of a detector's verdicts over a flight, kept as plain numbers."""
 
 from __future__ import annotations
