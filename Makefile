@@ -2,7 +2,7 @@
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
-.PHONY: help setup setup-test demo test lint format bench pythons fuzz lock clean
+.PHONY: help setup setup-test demo test lint format bench pythons fuzz coverage lock clean
 
 # A sourced ROS installation must not mix with the ROS of .venv.
 unexport PYTHONPATH PYTHONHOME LD_LIBRARY_PATH _ROS_WHEELS_BOOTSTRAP_COMPLETE VIRTUAL_ENV
@@ -52,6 +52,11 @@ pythons: setup-test ## Say whether Python 3.10 to 3.13 give the same bits.
 fuzz: setup-test ## Give every parser random input (half an hour).
 	@$(PIP) install --quiet 'atheris>=3,<4'
 	@.venv/bin/python -m benchmarks.fuzz build/bench docs/reliability.md
+
+coverage: setup-test ## Measure branch coverage of estimation and detectors; fail below 90 %.
+	@.venv/bin/python -m pytest -q -n logical test/estimation test/detectors test/evaluation/monitor \
+		--cov=hijack_detect.estimation --cov=hijack_detect.detectors --cov-branch \
+		--cov-report=term:skip-covered --cov-fail-under=90
 
 lock: ## Pin the newest versions that requirements*.in allow (needs uv).
 	@for name in requirements requirements-test; do \

@@ -29,6 +29,7 @@ from hijack_detect.evaluation.scores.evaluation_tables import TextTable
 
 PATH = click.Path(path_type=Path)
 FIRST_DOMAIN = 95
+MOST_CHANGES = 4
 ADVERSARY_HEADS = ("from 45 to 55 s", "`hijack_alert` from then on", "longest silence", "warned")
 HEADS = ("fault at 45 s", "first said", "after", "NORMAL again", "longest silence", "alert")
 
@@ -67,15 +68,17 @@ def adversary_table(found: dict[str, dict[str, Any]]) -> TextTable:
     """One row an attacker: what a mission manager heard, and what the monitor warned of."""
     rows = []
     for name, one in found.items():
-        heard = ", ".join(
+        heard = [
             f"{str(alert).lower()} at {at_s:.1f} s"
             for at_s, alert in one["heard"]
             if at_s > BEGIN_S
-        )
+        ]
+        if len(heard) > MOST_CHANGES:
+            heard[MOST_CHANGES - 1 :] = [f"{len(heard)} changes in all"]
         told = next((text for text in one["warnings"] if "publishers on" in text), None)
         told = told or next((text for text in one["warnings"] if "reset" in text), "")
         silence = f"{one['longest_silence_s']:.1f} s"
-        rows.append((CASES[name].words, heard, silence, told.split(":")[0]))
+        rows.append((CASES[name].words, ", ".join(heard), silence, told.split(":")[0]))
     return TextTable("", ADVERSARY_HEADS, tuple(rows))
 
 

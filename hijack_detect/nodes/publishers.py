@@ -11,6 +11,7 @@ from rclpy.node import Node
 from hijack_detect.nodes.diagnostics import Diagnostics
 
 EVERY_S = 1.0
+OTHERS = "an attacker's, or of a process that died"
 
 
 class PublisherWatch:
@@ -30,7 +31,7 @@ class PublisherWatch:
         for topic, before in self._counts.items():
             count = self._counts[topic] = self._node.count_publishers(topic)
             if count > 1:
-                text = f"{count} publishers on {topic}: one may be an attacker's, or of a process that died"
+                text = f"{count} publishers on {topic}: one may be {OTHERS}"
                 crowded.append(text)
                 if count > before:
                     self._node.get_logger().warning(text)
