@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import zipfile
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -50,6 +51,23 @@ def test_the_flights_of_an_archive_are_a_corpus(archive: Path) -> None:
     assert str(archive) in repr(cases[0])
     outcome = run_case(MonitorParameters(), cases[0])
     assert outcome.methods == run_case(MonitorParameters(), local).methods
+
+
+@pytest.mark.parametrize("name", ["../escaped/bag", "/escaped/bag", "one/../../escaped/bag"])
+def test_nothing_of_an_archive_is_written_anywhere(tmp_path: Path, name: str) -> None:
+    inner = tmp_path / "a/b"
+    inner.mkdir(parents=True)
+    path = inner / "flights.zip"
+    with zipfile.ZipFile(path, "w") as made:
+        for file in sorted(BAG.iterdir()):
+            made.write(file, f"{name}/{file.name}")
+    before = sorted(tmp_path.rglob("*"))
+    with suppress(BagError):
+        corpus_cases(place(f"zip://::file://{path}"))
+    with suppress(BagError), BagReader(f"zip://{name}::file://{path}") as reader:
+        list(reader.messages({"/gps/fix"}))
+    assert sorted(tmp_path.rglob("*")) == before
+    assert not Path("/escaped").exists()
 
 
 @pytest.mark.parametrize(
