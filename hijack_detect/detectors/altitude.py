@@ -110,6 +110,7 @@ class AltitudeDetector:
             values["difference"] = self._barometer.difference
         if barometric is not None:
             values["barometer_margin"] = barometric.margin
+            values["barometer_limit"] = self._barometer.part
         if inertial is not None:
             values["inertial_margin"] = inertial.margin
             values["vertical_bias"] = self._channel.bias

@@ -37,20 +37,34 @@ class AltitudeParameters(Parameters):
         high=120.0,
     )
     baro_step_m: float = param(
-        1.5,
+        3.0,
         "Change of the difference between GPS height and barometer that is normal over any "
-        "time: noise and propeller wash. Raise it for a barometer without a foam.",
+        "time with a poor receiver or barometer: noise and propeller wash. Raise it for a "
+        "barometer without a foam.",
         unit="m",
         low=0.1,
         high=100.0,
     )
     baro_wander_m: float = param(
-        0.6,
+        1.2,
         "Grows with the square root of the time: after t seconds baro_wander_m * sqrt(t) more is "
         "normal. GPS height wanders by metres in a minute.",
         unit="m/√s",
         low=0.0,
         high=10.0,
+    )
+    baro_floor: float = param(
+        0.5,
+        "A good receiver and barometer earn limits of this part of baro_step_m and "
+        "baro_wander_m, after 30 s in the air. They start with 2.5 times the whole.",
+        low=0.05,
+        high=1.0,
+    )
+    baro_gain: float = param(
+        2.5,
+        "The part is so many times the largest change of the flight's past.",
+        low=1.0,
+        high=20.0,
     )
     baro_total_m: float = param(
         9.0,

@@ -8,6 +8,7 @@ from collections import deque
 from dataclasses import dataclass
 
 from hijack_detect.detectors.altitude_parameters import AltitudeParameters
+from hijack_detect.detectors.learned_level import LearnedLevel
 from hijack_detect.estimation.barometer import pressure_height
 from hijack_detect.estimation.ekf import GRAVITY
 from hijack_detect.streams.samples import NANOSECONDS, FixSample, PressureSample, VelocitySample
@@ -23,6 +24,8 @@ REFERENCE_S = 60.0
 KEPT_NS = 3 * NANOSECONDS
 """Pressures older than this have no fix left to belong to."""
 MAX_GAP_S = 2.0
+AIRBORNE_M, MOVING_HEAD_M = 2.0, 0.2
+"""Higher than this over where it began, or faster than 2 m/s, a vehicle flies."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,9 +70,10 @@ class _Past:
 class BarometerCheck:
     """Compares changes of GPS height with those of the barometer over 1 to 60 s, and in total.
 
-    Over a horizon of t seconds `baro_step_m + baro_wander_m √t` is normal, and more where the
-    vehicle climbed or changed its speed. The reference of the total follows slowly, at most
-    `reference_rate`, and not at all while anything is suspicious.
+    Over a horizon of t seconds `baro_step_m + baro_wander_m √t` is normal for a poor receiver and
+    a barometer in the propellers' wash. In the air a good pair earns a part of that, see
+    `LearnedLevel`. More is normal where the vehicle climbed or changed its speed. The reference of
+    the total follows slowly, at most `reference_rate`, and not at all while anything is suspicious.
     """
 
     def __init__(self, parameters: AltitudeParameters) -> None:
@@ -77,6 +81,7 @@ class BarometerCheck:
         self._p = parameters
         self._pressures: deque[tuple[int, float]] = deque()
         self._lag_ns = round(parameters.gps_lag_s * NANOSECONDS)
+        self._learned = LearnedLevel(parameters.baro_floor, parameters.baro_gain)
         self._past = [_Past(horizon) for horizon in HORIZONS_S]
         self._learnt: list[_Point] = []
         self._reference: tuple[float, float, float] | None = None
@@ -85,6 +90,11 @@ class BarometerCheck:
         self._interval_s = 0.0
         self.difference: float | None = None
         """GPS height less barometer less reference, metres."""
+
+    @property
+    def part(self) -> float:
+        """The present limits over the horizons as a part of those of a poor pair."""
+        return self._learned.part
 
     def pressure(self, sample: PressureSample) -> None:
         """Take a pressure."""
@@ -174,19 +184,27 @@ class BarometerCheck:
             abs(total) / limit,
             f"GPS height {total:+.1f} m off the barometer (limit {limit:.1f})",
         )
+        level = 0.0
         for index, (horizon, past) in enumerate(zip(HORIZONS_S, pasts, strict=True)):
             if past is None:
                 continue
-            limit = p.baro_step_m + p.baro_wander_m * math.sqrt(horizon)
-            limit += self._allowance(point.baro - past.baro, point.head - past.head)
+            full = p.baro_step_m + p.baro_wander_m * math.sqrt(horizon)
+            allowed = self._allowance(point.baro - past.baro, point.head - past.head)
+            limit = self.part * full + allowed
             change = point.difference - past.difference
+            level = max(level, abs(change) / (full + allowed))
             if abs(change) / limit > best.margin:
                 text = f"GPS height {change:+.1f} m against the barometer in {horizon:g} s"
                 best = Finding(abs(change) / limit, f"{text} (limit {limit:.1f})")
+            if not with_velocity or index >= RATE_HORIZONS:
+                continue
             change = point.summed - past.summed
-            if with_velocity and index < RATE_HORIZONS and abs(change) / limit > best.margin:
+            level = max(level, abs(change) / (full + allowed))
+            if abs(change) / limit > best.margin:
                 text = f"GPS climb rate {change / horizon:+.2f} m/s against the barometer"
                 best = Finding(
                     abs(change) / limit, f"{text} in {horizon:g} s (limit {limit / horizon:.2f})"
                 )
+        flies = point.baro - baro > AIRBORNE_M or point.head > MOVING_HEAD_M
+        self._learned.add(point.t_ns, level, moving=flies and best.margin < 1.0)
         return best

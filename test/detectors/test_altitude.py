@@ -119,16 +119,48 @@ def test_a_climb_of_30_metres_agrees(inputs: tuple[str, ...]) -> None:
 
 
 def test_a_ramp_of_1_metre_per_second_against_the_barometer() -> None:
-    """5 s of it are 5 m, the limit of 5 s is 1.5 + 0.6 √5 = 2.8 m."""
-    sent = flight(50.0, offset=ramp(1.0, 30.0), offset_rate=step(1.0, 30.0))
+    """5 s of it are 5 m; the limit that a good receiver has earned is half of 3 + 1.2 √5 m."""
+    sent = flight(
+        120.0,
+        height=lambda t: min(max(0.0, t - 15.0), 10.0),
+        climb=lambda t: 1.0 if 15.0 <= t < 25.0 else 0.0,
+        offset=ramp(1.0, 100.0),
+        offset_rate=step(1.0, 100.0),
+    )
     verdicts = run(sent)
+    assert verdicts[-200].values["barometer_limit"] == DEFAULT.baro_floor
     alarm = first_alarm_s(verdicts)
     assert alarm is not None
-    assert 30.0 + 2.1 < alarm < 30.0 + 4.0
+    assert 100.0 + 2.1 < alarm < 100.0 + 4.0
     last = verdicts[-1]
     assert last.state is State.ALARM
     assert last.reason.startswith("barometer: GPS")
     assert last.values["difference"] == pytest.approx(20.0, abs=0.5)
+
+
+def test_a_ramp_before_the_flight_has_the_limits_of_a_receiver_that_settles() -> None:
+    """Only the 9 m in total are the same."""
+    sent = flight(60.0, offset=ramp(1.0, 30.0), offset_rate=step(1.0, 30.0))
+    alarm = first_alarm_s(run(sent))
+    assert alarm is not None
+    assert 30.0 + 8.0 < alarm < 30.0 + 11.0
+
+
+@pytest.mark.parametrize("wash_m", [3.5, -3.5])
+def test_a_barometer_in_the_wash_of_a_take_off_is_no_alarm(wash_m: float) -> None:
+    """For a second, as one of the recorded flights has it; 12 Pa are a metre."""
+    clean = flight(
+        60.0,
+        height=lambda t: min(max(0.0, t - 15.0), 10.0),
+        climb=lambda t: 1.0 if 15.0 <= t < 25.0 else 0.0,
+    )
+    sent: Sent = [
+        (name, PressureSample(one.stamp_ns, one.pressure_pa - 12.0 * wash_m))
+        if isinstance(one, PressureSample) and 15.0 <= one.stamp_ns / SECOND < 16.0
+        else (name, one)
+        for name, one in clean
+    ]
+    assert first_alarm_s(run(sent)) is None
 
 
 @pytest.mark.parametrize("size", [-20.0, -10.0, 10.0, 20.0])
@@ -239,7 +271,7 @@ def test_an_attack_from_the_first_fix_does_not_blind_it() -> None:
 
 def test_speed_and_a_climb_widen_the_limit_and_no_more_than_allowed() -> None:
     """At 100 m/s the dynamic head is 510 m; the allowance is 3 m."""
-    check = BarometerCheck(replace(DEFAULT, learn_s=1.0))
+    check = BarometerCheck(replace(DEFAULT, learn_s=1.0, baro_total_m=100.0))
     margins = []
     for tick in range(100):
         stamp = tick * SECOND // 5
@@ -248,7 +280,7 @@ def test_speed_and_a_climb_widen_the_limit_and_no_more_than_allowed() -> None:
         fix = FixSample(stamp, 48.0, 11.0, 100.0 + (8.0 if tick >= 50 else 0.0))
         finding = check.fix(fix, VelocitySample(stamp, (speed, 0.0, 0.0)), frozen=False)
         margins.append(finding.margin if finding else 0.0)
-    assert max(margins) == pytest.approx(8.0 / (1.5 + 0.6 + 3.0), abs=0.05)
+    assert max(margins) == pytest.approx(8.0 / (2.5 * (3.0 + 1.2) + 3.0), abs=0.02)
 
 
 def test_vertical_force_of_a_body_that_is_rolled_over() -> None:

@@ -7,8 +7,8 @@ import math
 from collections import deque
 from dataclasses import dataclass
 
-from hijack_detect.detectors.gnss_checks.learned_level import LearnedLevel
 from hijack_detect.detectors.gnss_checks.step import ZERO, Finding, Step, minus, plus
+from hijack_detect.detectors.learned_level import LearnedLevel
 from hijack_detect.detectors.persistence import Persistence
 from hijack_detect.streams.samples import NANOSECONDS, Vector3
 

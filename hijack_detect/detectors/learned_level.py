@@ -10,7 +10,7 @@ from hijack_detect.streams.samples import NANOSECONDS
 DELAY_NS = 20 * NANOSECONDS
 """Only levels this old are learned, the longest horizon of the check that uses them."""
 START = 2.5
-"""Part until the vehicle has moved: a receiver that has just started still settles, by 10 m in
+"""Part until the vehicle has moved or flown: a receiver that has just started settles, by 10 m in
 10 s in one of the recorded flights."""
 STARTED_NS = 10 * NANOSECONDS
 """Time in motion after which it counts as started."""
