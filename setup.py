@@ -101,6 +101,8 @@ setup(
         ],
         # Beyond that: results kept as Parquet, and bags at URLs.
         "corpora": ["pyarrow>=15", "universal_pathlib>=0.2.3"],
+        # Logs of PX4 and ArduPilot.
+        "logs": ["pymavlink>=2.4.40", "pyulog>=1.0"],
         # colcon test looks for this name.
         "test": [
             "hypothesis",

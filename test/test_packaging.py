@@ -210,7 +210,8 @@ def test_locks_hold_what_the_locked_packages_require() -> None:
 
 def test_imported_packages_are_declared(metadata: importlib.metadata.Distribution) -> None:
     declared = {element.text for element in ET.parse(ROOT / "package.xml").iter("exec_depend")}
-    declared |= required(metadata, "analysis") | required(metadata, "corpora")
+    for extra in ("analysis", "corpora", "logs"):
+        declared |= required(metadata, extra)
     for name in sorted(imported()):
         assert DISTRIBUTIONS.get(name, name) in declared, f"{name} is imported and not declared"
 

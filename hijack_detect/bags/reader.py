@@ -63,12 +63,13 @@ class BagReader:
         message_counts: Number of messages by topic.
     """
 
-    def __init__(self, path: str | Path) -> None:
+    def __init__(self, path: str | Path, *, made_from: Path | None = None) -> None:
         """Open a bag and read what is in it.
 
         Args:
             path: A rosbag2 directory, a directory with exactly one mcap file, or an mcap file; a
                 text may be a URL, see `place`.
+            made_from: The log that the bag was made from, to be named in its place.
 
         Raises:
             BagError: It is missing, empty, truncated, damaged, no mcap, or has no messages.
@@ -81,6 +82,7 @@ class BagReader:
             for file in mcap_files(self.path):
                 self._files.append(Container(file))
             self._summarise()
+            self.path = made_from or self.path
         except BaseException:
             self.close()
             raise

@@ -10,10 +10,12 @@ from typing import TYPE_CHECKING
 import click
 
 from hijack_detect.cli.common import PATH, PLACE, BadInput, find_scenario, progress
+from hijack_detect.cli.convert import sensor_options
 from hijack_detect.evaluation.monitor.policies import POLICIES, load_parameters, policy_parameters
 from hijack_detect.streams.samples import NANOSECONDS
 
 if TYPE_CHECKING:
+    from hijack_detect.bags.reader import BagReader
     from hijack_detect.evaluation.analysis.analyse import Analysed
     from hijack_detect.spoofing.scenario import Scenario
 
@@ -35,6 +37,7 @@ NO_ATTACK = "none"
 @click.option("--params", type=PATH, help="Parameter file to use in place of the policy.")
 @click.option("--json", "json_file", type=PATH, help="Write the analysis as JSON; - for stdout.")
 @click.option("--report", type=PATH, metavar="DIR", help="Write a page with figures into DIR.")
+@sensor_options
 def analyze(
     bag: Path,
     scenario: str,
@@ -43,17 +46,23 @@ def analyze(
     params: Path | None,
     json_file: Path | None,
     report: Path | None,
+    imu: int,
+    gps: int,
 ) -> None:
     """Say whether the GPS of a recorded flight was spoofed, when, and how that is known.
 
-    BAG is an mcap file or a rosbag2 folder. What is known of an attack is compared with: the
+    BAG is an mcap file, a rosbag2 folder, or a log that `convert` knows (--imu and --gps are for
+    those). What is known of an attack is compared with: the
     scenario's, the ground truth's in the bag, or that of label.json beside it. The JSON is
     described by docs/analysis.schema.json.
 
     Exits with 0 if there was no alert, with 10 if there was one, and with 2 if the input cannot
     be used.
     """
-    from hijack_detect.cli.analyze_view import summary  # noqa: PLC0415  slow to load
+    from hijack_detect.bags.reader import BagReader  # noqa: PLC0415  slow to load
+    from hijack_detect.cli.analyze_view import summary  # noqa: PLC0415
+    from hijack_detect.logs.formats import as_bag  # noqa: PLC0415
+    from hijack_detect.logs.logged import Wanted  # noqa: PLC0415
 
     if onset is not None and scenario == NO_ATTACK:
         raise click.UsageError("--onset moves an attack, and there is none: give --scenario")
@@ -61,7 +70,12 @@ def analyze(
         attack = None if scenario == NO_ATTACK else find_scenario(scenario, onset)
         if report is not None:
             report.mkdir(parents=True, exist_ok=True)
-        done = _analysed(bag, attack, policy, params, report)
+        with as_bag(bag, Wanted(imu, gps)) as (given, converted):
+            for line in () if converted is None else converted.notes.lines():
+                click.echo(line, err=True)
+            made_from = None if converted is None else bag
+            with BagReader(given, made_from=made_from) as reader:
+                done = _analysed(reader, attack, policy, params, report)
         text = done.analysis.model_dump_json(indent=2)
         if json_file is not None and json_file != STDOUT:
             json_file.write_text(text + "\n", encoding="utf-8")
@@ -79,30 +93,32 @@ def analyze(
 
 
 def _analysed(
-    bag: Path, attack: Scenario | None, policy: str, params: Path | None, report: Path | None
+    reader: BagReader,
+    attack: Scenario | None,
+    policy: str,
+    params: Path | None,
+    report: Path | None,
 ) -> Analysed:
     """Run the analysis, and write the report if one is wanted."""
-    from hijack_detect.bags.reader import BagReader  # noqa: PLC0415  slow to load
-    from hijack_detect.evaluation.analysis.analyse import analyse  # noqa: PLC0415
+    from hijack_detect.evaluation.analysis.analyse import analyse  # noqa: PLC0415  slow to load
     from hijack_detect.evaluation.analysis.report.recording import Recorder, recording  # noqa: PLC0415
     from hijack_detect.streams.samples import FixSample, Sample  # noqa: PLC0415
 
     parameters = policy_parameters(policy) if params is None else load_parameters(params)
-    with BagReader(bag) as reader:
-        recorder = None if report is None else Recorder()
-        with progress(reader.path.name, reader.duration_s) as done_s:
+    recorder = None if report is None else Recorder()
+    with progress(reader.path.name, reader.duration_s) as done_s:
 
-            def take(sample: Sample) -> None:
-                if recorder is not None:
-                    recorder.take(sample)
-                if isinstance(sample, FixSample):
-                    done_s((sample.stamp_ns - reader.start_ns) / NANOSECONDS)
+        def take(sample: Sample) -> None:
+            if recorder is not None:
+                recorder.take(sample)
+            if isinstance(sample, FixSample):
+                done_s((sample.stamp_ns - reader.start_ns) / NANOSECONDS)
 
-            hear = None if recorder is None else recorder.hear
-            done = analyse(reader, parameters, attack, on_sample=take, on_output=hear)
-        if report is not None and recorder is not None:
-            from hijack_detect.evaluation.analysis.report.page import write_page  # noqa: PLC0415
+        hear = None if recorder is None else recorder.hear
+        done = analyse(reader, parameters, attack, on_sample=take, on_output=hear)
+    if report is not None and recorder is not None:
+        from hijack_detect.evaluation.analysis.report.page import write_page  # noqa: PLC0415
 
-            page = write_page(report, done, recording(reader, recorder, injected=bool(attack)))
-            click.echo(f"report: {page}", err=True)
+        page = write_page(report, done, recording(reader, recorder, injected=bool(attack)))
+        click.echo(f"report: {page}", err=True)
     return done

@@ -12,6 +12,7 @@ import click
 from hijack_detect import __version__
 from hijack_detect.cli.analyze import analyze
 from hijack_detect.cli.common import PATH, BadInput
+from hijack_detect.cli.convert import convert
 from hijack_detect.cli.environment import add_own_prefix
 from hijack_detect.cli.evaluate import evaluate
 from hijack_detect.cli.inject import inject
@@ -22,8 +23,11 @@ from hijack_detect.cli.tune import tune
 from hijack_detect.evaluation.monitor.manual import node_file, parameter_file
 from hijack_detect.evaluation.monitor.policies import BESIDE, POLICIES
 
-ANALYSIS = ("matplotlib", "plotly", "scipy")
-"""What only the analysis of flights imports."""
+EXTRAS = {
+    **dict.fromkeys(("matplotlib", "plotly", "scipy"), "analysis"),
+    **dict.fromkeys(("pymavlink", "pyulog"), "logs"),
+}
+"""Libraries that only some commands import, and the extra that has them."""
 
 
 class Commands(click.Group):
@@ -33,17 +37,18 @@ class Commands(click.Group):
         """Run the command.
 
         Raises:
-            BadInput: A library of the extra `analysis` is missing.
+            BadInput: A library of an extra is missing.
         """
         try:
             return super().invoke(ctx)
         except ModuleNotFoundError as error:
             library = (error.name or "").split(".")[0]
-            if library not in ANALYSIS:
+            if library not in EXTRAS:
                 raise
+            extra = EXTRAS[library]
             raise BadInput(
                 f"this needs {library}, which is not installed; it comes with the extra "
-                "'analysis': pip install '.[analysis]'"
+                f"'{extra}': pip install '.[{extra}]'"
             ) from error
 
 
@@ -107,6 +112,7 @@ def params(policy: str | None, node: str | None) -> None:
 
 
 main.add_command(analyze)
+main.add_command(convert)
 main.add_command(evaluate)
 main.add_command(inject)
 main.add_command(journal)

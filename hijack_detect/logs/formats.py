@@ -1,0 +1,106 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
+"""Which format a file has, and a bag made of it."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import tempfile
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from hijack_detect.bags.errors import BagError
+from hijack_detect.bags.topics import PRESETS
+from hijack_detect.bags.writer import BagWriter
+from hijack_detect.logs.logged import ATTITUDE, Notes, Read, Wanted
+
+SQLITE = b"SQLite format 3"
+MAGICS = {
+    b"ULog\x01\x12\x35": ("PX4 ULog", "ulog"),
+    b"\xa3\x95": ("ArduPilot DataFlash", "dataflash"),
+    b"FMT, ": ("ArduPilot DataFlash as text", "dataflash"),
+    b"#ROSBAG V2.0": ("ROS 1 bag", "rosbag"),
+    SQLITE: ("ROS 2 bag in sqlite3", "rosbag"),
+}
+"""Name and module of the formats that files begin with."""
+
+
+@dataclass
+class Converted:
+    """A bag that was made of a log.
+
+    Attributes:
+        format: Name of the log's format.
+        messages: Messages by topic.
+        notes: What is worth knowing.
+    """
+
+    format: str
+    messages: Counter[str] = field(default_factory=Counter)
+    notes: Notes = field(default_factory=Notes)
+
+
+def is_log(path: Path) -> bool:
+    """Whether a path is a log to be imported, and not an mcap bag or nothing at all."""
+    return _recognised(path) is not None
+
+
+def convert(path: Path, out: Path, wanted: Wanted | None = None) -> Converted:
+    """Make the bag `out` of a log: our topics, FLU and ENU, stamps as log times.
+
+    Raises:
+        BagError: The log is of no known format, cannot be read, has no IMU or GPS, or `out` cannot
+            be written.
+        ModuleNotFoundError: What reads the format is not installed (the extra `logs`).
+    """
+    found = _recognised(path)
+    if found is None:
+        known = ", ".join(sorted({name for name, _ in MAGICS.values()}))
+        raise BagError(f"{path}: has no format that is known; known are {known}")
+    done = Converted(found[0])
+    topics = dict(PRESETS["default"].items())
+    read: Read = importlib.import_module(f"hijack_detect.logs.{found[1]}").read
+    try:
+        with BagWriter(out) as writer:
+            for name, stamp_ns, value in read(path, wanted or Wanted(), done.notes):
+                if isinstance(value, tuple):
+                    writer.write_orientation(ATTITUDE, stamp_ns, value)
+                else:
+                    writer.write(topics[name], value, stamp_ns)
+                done.messages[topics.get(name, name)] += 1
+    except (BagError, ModuleNotFoundError):
+        raise
+    except Exception as error:  # the libraries raise whatever the bytes lead them to
+        raise BagError(
+            f"{path}: cannot be read as {done.format} ({error!r}); copy it again"
+        ) from error
+    return done
+
+
+@contextlib.contextmanager
+def as_bag(path: Path, wanted: Wanted | None = None) -> Iterator[tuple[Path, Converted | None]]:
+    """A bag as it is, or one that is made of a log and taken away afterwards.
+
+    Raises:
+        BagError: As `convert`.
+    """
+    if not is_log(path):
+        yield path, None
+        return
+    with tempfile.TemporaryDirectory(prefix="hijack_detect_") as folder:
+        bag = Path(folder) / path.stem
+        yield bag, convert(path, bag, wanted)
+
+
+def _recognised(path: Path) -> tuple[str, str] | None:
+    """Name and module of a log's format."""
+    try:
+        if path.is_dir():
+            return MAGICS[SQLITE] if any(path.glob("*.db3")) else None
+        with path.open("rb") as file:
+            begin = file.read(max(map(len, MAGICS)))
+    except OSError:
+        return None
+    return next((found for magic, found in MAGICS.items() if begin.startswith(magic)), None)

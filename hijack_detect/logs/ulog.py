@@ -1,0 +1,159 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
+"""PX4 ULog (pyulog)."""
+
+from __future__ import annotations
+
+import contextlib
+import heapq
+import io
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hijack_detect.bags.errors import BagError
+from hijack_detect.logs.frames import attitude, enu, flu
+from hijack_detect.logs.logged import ATTITUDE, Logged, Notes, Wanted, fix_sample
+from hijack_detect.streams.samples import (
+    ImuSample,
+    MagneticSample,
+    PressureSample,
+    SatelliteSample,
+    VelocitySample,
+)
+
+TOPICS = (
+    "sensor_combined",
+    "vehicle_imu",
+    "vehicle_gps_position",
+    "sensor_gps",
+    "vehicle_magnetometer",
+    "vehicle_air_data",
+    "vehicle_attitude",
+)
+GAUSS_T = 1e-4
+FIX_3D = 3
+
+Columns = Mapping[str, Any]
+"""Values of one topic by field, each of shape (n,)."""
+
+
+def read(path: Path, wanted: Wanted, notes: Notes) -> Iterator[Logged]:
+    """Read a log; see `Read`. The stamp of a GPS message is when the driver had it."""
+    topics = _topics(path, notes)
+    gps = _gps(path, topics, wanted.gps)
+    utc_us = gps.get("time_utc_usec", ())
+    known = next((at for at, utc in enumerate(utc_us) if utc), None)
+    offset_us = 0 if known is None else int(utc_us[known]) - int(gps["timestamp"][known])
+    if known is None:
+        notes.said.append("the log does not know UTC: stamps count from the autopilot's start")
+
+    def stamp(microseconds: Any) -> int:
+        return (int(microseconds) + offset_us) * 1000
+
+    streams = [_imu(path, topics, wanted.imu, stamp), _fixes(gps, stamp)]
+    for topic, rows in (
+        ("vehicle_magnetometer", _mag),
+        ("vehicle_air_data", _pressure),
+        ("vehicle_attitude", _attitude),
+    ):
+        if (columns := topics.get((topic, 0))) is not None:
+            streams.append(rows(columns, stamp))
+        else:
+            notes.said.append(f"the log has no {topic}")
+    yield from heapq.merge(*streams, key=lambda one: one.stamp_ns)
+
+
+def _topics(path: Path, notes: Notes) -> dict[tuple[str, int], Columns]:
+    from pyulog import ULog  # noqa: PLC0415  an extra
+
+    told = io.StringIO()
+    with contextlib.redirect_stdout(told):  # where pyulog warns
+        log = ULog(str(path), list(TOPICS))
+    notes.skipped.update(line.strip() for line in told.getvalue().splitlines() if line.strip())
+    if log.file_corruption:
+        notes.said.append("the log is damaged: what could be read was taken")
+    if log.dropouts:
+        lost_s = sum(one.duration for one in log.dropouts) / 1000.0
+        notes.said.append(f"the logger dropped {len(log.dropouts)} times, {lost_s:.1f} s in all")
+    return {(one.name, one.multi_id): one.data for one in log.data_list}
+
+
+def _gps(path: Path, topics: Mapping[tuple[str, int], Columns], number: int) -> Columns:
+    names = ("vehicle_gps_position", "sensor_gps") if number == 0 else ("sensor_gps",)
+    for name in names:
+        if (name, number) in topics:
+            return topics[name, number]
+    have = ", ".join(f"{name} {of}" for name, of in sorted(topics)) or "nothing of use"
+    raise BagError(f"{path}: has no GPS number {number}; it has {have}")
+
+
+def _imu(
+    path: Path, topics: Mapping[tuple[str, int], Columns], number: int, stamp: Any
+) -> Iterator[Logged]:
+    """The selected IMU as number 0, else one IMU's increments over their time."""
+    one = topics.get(("sensor_combined", 0)) if number == 0 else None
+    if one is not None:
+        gyro, force = _vectors(one, "gyro_rad"), _vectors(one, "accelerometer_m_s2")
+    else:
+        one = topics.get(("vehicle_imu", number))
+        if one is None:
+            raise BagError(f"{path}: has no IMU number {number} (sensor_combined, vehicle_imu)")
+        gyro = _vectors(one, "delta_angle") / (1e-6 * one["delta_angle_dt"][:, None])
+        force = _vectors(one, "delta_velocity") / (1e-6 * one["delta_velocity_dt"][:, None])
+    return (
+        Logged("imu", stamp(at), ImuSample(stamp(at), flu(*angular), flu(*felt)))
+        for at, angular, felt in zip(one["timestamp"], gyro, force, strict=True)
+    )
+
+
+def _fixes(gps: Columns, stamp: Any) -> Iterator[Logged]:
+    degrees = "latitude_deg" in gps  # older logs have 1e-7 degrees and millimetres
+    scale = (1.0, 1.0) if degrees else (1e-7, 1e-3)
+    names = ("latitude_deg", "longitude_deg", "altitude_ellipsoid_m")
+    latitudes, longitudes, heights = (
+        gps[name] for name in (names if degrees else ("lat", "lon", "alt_ellipsoid"))
+    )
+    for at, microseconds in enumerate(gps["timestamp"]):
+        stamp_ns = stamp(microseconds)
+        has_fix = int(gps["fix_type"][at]) >= FIX_3D
+        place = (
+            latitudes[at] * scale[0],
+            longitudes[at] * scale[0],
+            heights[at] * scale[1],
+        )
+        fix = fix_sample(stamp_ns, place, float(gps["eph"][at]), has_fix=has_fix)
+        yield Logged("fix", stamp_ns, fix)
+        if has_fix and gps["vel_ned_valid"][at]:
+            speeds = (float(gps[f"vel_{axis}_m_s"][at]) for axis in "ned")
+            yield Logged("velocity", stamp_ns, VelocitySample(stamp_ns, enu(*speeds)))
+        count = int(gps["satellites_used"][at])
+        yield Logged("satellites", stamp_ns, SatelliteSample(stamp_ns, count))
+
+
+def _mag(columns: Columns, stamp: Any) -> Iterator[Logged]:
+    fields = _vectors(columns, "magnetometer_ga") * GAUSS_T
+    return (
+        Logged("mag", stamp(at), MagneticSample(stamp(at), flu(*field)))
+        for at, field in zip(columns["timestamp"], fields, strict=True)
+    )
+
+
+def _pressure(columns: Columns, stamp: Any) -> Iterator[Logged]:
+    return (
+        Logged("pressure", stamp(at), PressureSample(stamp(at), float(pascal)))
+        for at, pascal in zip(columns["timestamp"], columns["baro_pressure_pa"], strict=True)
+    )
+
+
+def _attitude(columns: Columns, stamp: Any) -> Iterator[Logged]:
+    rows = zip(columns["timestamp"], *(columns[f"q[{index}]"] for index in range(4)), strict=True)
+    for at, w, x, y, z in rows:
+        rotation = attitude((float(x), float(y), float(z), float(w)))
+        yield Logged(ATTITUDE, stamp(at), rotation)
+
+
+def _vectors(columns: Columns, name: str) -> Any:
+    """Three fields as an array of shape (n, 3)."""
+    return np.stack([columns[f"{name}[{axis}]"] for axis in range(3)], axis=1).astype(float)

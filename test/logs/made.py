@@ -1,0 +1,179 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
+"""Small logs of every format, of one still vehicle that looks North."""
+
+from __future__ import annotations
+
+import struct
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rosbags.rosbag1 import Writer as Ros1Writer
+from rosbags.rosbag2 import StoragePlugin
+from rosbags.rosbag2 import Writer as Ros2Writer
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+SECONDS = 5
+IMU_HZ, GPS_HZ = 50, 5
+UTC_US = 1_700_000_000_000_000
+GYRO, FORCE = (0.01, 0.02, 0.03), (0.1, -0.2, -9.8)
+"""FRD: at rest the specific force points up, which is negative."""
+PLACE = (48.0, 11.0, 500.0)
+VELOCITY_NED = (1.0, 2.0, -0.5)
+FIELD_MILLIGAUSS = (200.0, 10.0, 430.0)
+PASCAL = 95_000.0
+PX4 = {
+    "px4_msgs/msg/SensorCombined": "uint64 timestamp\nfloat32[3] gyro_rad\n"
+    "float32[3] accelerometer_m_s2\n",
+    "px4_msgs/msg/SensorGps": "uint64 timestamp\nfloat64 latitude_deg\nfloat64 longitude_deg\n"
+    "float64 altitude_ellipsoid_m\nuint8 fix_type\nfloat32 eph\nfloat32 vel_n_m_s\n"
+    "float32 vel_e_m_s\nfloat32 vel_d_m_s\nbool vel_ned_valid\n",
+}
+
+
+def ticks(hz: int) -> range:
+    """Microseconds since the start, from one second on."""
+    return range(1_000_000, (SECONDS + 1) * 1_000_000, 1_000_000 // hz)
+
+
+def ulog(path: Path) -> Path:
+    """A PX4 ULog, with a message of an id that nobody announced."""
+
+    def message(kind: bytes, content: bytes) -> bytes:
+        return struct.pack("<Hc", len(content), kind) + content
+
+    formats = {
+        "sensor_combined": "uint64_t timestamp;float[3] gyro_rad;float[3] accelerometer_m_s2;",
+        "vehicle_gps_position": "uint64_t timestamp;uint64_t time_utc_usec;double latitude_deg;"
+        "double longitude_deg;double altitude_ellipsoid_m;float eph;float vel_n_m_s;"
+        "float vel_e_m_s;float vel_d_m_s;uint8_t fix_type;bool vel_ned_valid;"
+        "uint8_t satellites_used;",
+        "vehicle_magnetometer": "uint64_t timestamp;float[3] magnetometer_ga;",
+        "vehicle_air_data": "uint64_t timestamp;float baro_pressure_pa;",
+        "vehicle_attitude": "uint64_t timestamp;float[4] q;",
+    }
+    data = b"ULog\x01\x12\x35\x01" + struct.pack("<Q", 0)
+    data += message(b"B", bytes(40))
+    for name, fields in formats.items():
+        data += message(b"F", f"{name}:{fields}".encode())
+    for number, name in enumerate(formats):
+        data += message(b"A", struct.pack("<BH", 0, number) + name.encode())
+    for at in ticks(IMU_HZ):
+        data += message(b"D", struct.pack("<HQ6f", 0, at, *GYRO, *FORCE))
+    for at in ticks(GPS_HZ):
+        gps = (at, UTC_US + at, *PLACE, 1.5, *VELOCITY_NED, 3, True, 12)
+        data += message(b"D", struct.pack("<HQQ3d4fB?B", 1, *gps))
+        field = (one * 1e-3 for one in FIELD_MILLIGAUSS)
+        data += message(b"D", struct.pack("<HQ3f", 2, at, *field))
+        data += message(b"D", struct.pack("<HQf", 3, at, PASCAL))
+        data += message(b"D", struct.pack("<HQ4f", 4, at, 1.0, 0.0, 0.0, 0.0))
+    data += message(b"D", struct.pack("<HQ", 99, 0))
+    path.write_bytes(data)
+    return path
+
+
+def dataflash(path: Path) -> Path:
+    """An ArduPilot log as text, with two IMUs."""
+    lines = [
+        "FMT, 128, 89, FMT, BBnNZ, Type,Length,Name,Format,Columns",
+        "FMT, 129, 40, IMU, QBffffff, TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ",
+        "FMT, 130, 50, GPS, QBBIHBLLffff, TimeUS,I,Status,GMS,GWk,NSats,Lat,Lng,Alt,Spd,GCrs,VZ",
+        "FMT, 131, 30, MAG, QBhhh, TimeUS,I,MagX,MagY,MagZ",
+        "FMT, 132, 20, BARO, QBf, TimeUS,I,Press",
+        "FMT, 133, 20, ATT, Qccc, TimeUS,Roll,Pitch,Yaw",
+    ]
+    north, east, down = VELOCITY_NED
+    course = np.degrees(np.arctan2(east, north))
+    for at in ticks(IMU_HZ):
+        for number, more in ((0, 0.0), (1, 1.0)):
+            gyro = ", ".join(f"{one + more}" for one in GYRO)
+            lines.append(f"IMU, {at}, {number}, {gyro}, {', '.join(map(str, FORCE))}")
+        if at % (1_000_000 // GPS_HZ):
+            continue
+        speed = np.hypot(north, east)
+        place = ", ".join(map(str, PLACE))
+        lines.append(f"GPS, {at}, 0, 3, {at // 1000}, 2288, 12, {place}, {speed}, {course}, {down}")
+        lines.append(f"MAG, {at}, 0, {', '.join(f'{one:.0f}' for one in FIELD_MILLIGAUSS)}")
+        lines.append(f"BARO, {at}, 0, {PASCAL}")
+        lines.append(f"ATT, {at}, 0.0, 0.0, 0.0")
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def ros1(path: Path) -> Path:
+    """A ROS 1 bag with a mavros-like Imu and NavSatFix, and a topic that is no input."""
+    store = get_typestore(Stores.ROS1_NOETIC)
+    with Ros1Writer(path) as writer:
+        _standard(writer, store, store.serialize_ros1, ros1=True)
+    return path
+
+
+def sqlite(path: Path) -> Path:
+    """A rosbag2 in sqlite3 with the same."""
+    store = get_typestore(Stores.ROS2_JAZZY)
+    with Ros2Writer(path, version=9, storage_plugin=StoragePlugin.SQLITE3) as writer:
+        _standard(writer, store, store.serialize_cdr, ros1=False)
+    return path
+
+
+def _standard(writer: Any, store: Any, serialize: Any, *, ros1: bool) -> None:
+    types = store.types
+
+    def header(at: int) -> Any:
+        stamp = types["builtin_interfaces/msg/Time"](*divmod(UTC_US + at, 1_000_000))
+        stamp.nanosec *= 1000
+        sequence = {"seq": 0} if ros1 else {}
+        return types["std_msgs/msg/Header"](stamp=stamp, frame_id="", **sequence)
+
+    vector, zeros = types["geometry_msgs/msg/Vector3"], np.zeros(9)
+    x, y, z = GYRO
+    fx, fy, fz = FORCE
+    made: dict[str, tuple[str, int, Any]] = {
+        "/a/imu": (
+            "sensor_msgs/msg/Imu",
+            IMU_HZ,
+            lambda at: types["sensor_msgs/msg/Imu"](
+                header(at),
+                types["geometry_msgs/msg/Quaternion"](0.0, 0.0, 0.0, 1.0),
+                zeros,
+                vector(x, -y, -z),
+                zeros,
+                vector(fx, -fy, -fz),
+                zeros,
+            ),
+        ),
+        "/a/fix": (
+            "sensor_msgs/msg/NavSatFix",
+            GPS_HZ,
+            lambda at: types["sensor_msgs/msg/NavSatFix"](
+                header(at), types["sensor_msgs/msg/NavSatStatus"](0, 1), *PLACE, zeros, 0
+            ),
+        ),
+        "/a/words": ("std_msgs/msg/String", 1, lambda at: types["std_msgs/msg/String"]("hello")),
+    }
+    for topic, (kind, hz, make) in made.items():
+        connection = writer.add_connection(topic, kind, typestore=store)
+        for at in ticks(hz):
+            writer.write(connection, (UTC_US + at) * 1000, serialize(make(at), kind))
+
+
+def px4(path: Path) -> Path:
+    """A rosbag2 in sqlite3 with messages of px4_msgs, whose definitions are in the bag."""
+    store = get_typestore(Stores.ROS2_JAZZY)
+    for kind, text in PX4.items():
+        store.register(get_types_from_msg(text, kind))
+    combined, gps = (store.types[kind] for kind in PX4)
+    with Ros2Writer(path, version=9, storage_plugin=StoragePlugin.SQLITE3) as writer:
+        outlets = [
+            writer.add_connection(f"/fmu/out/{name}", kind, typestore=store)
+            for name, kind in zip(("sensor_combined", "vehicle_gps_position"), PX4, strict=True)
+        ]
+        for at in ticks(IMU_HZ):
+            vectors = (np.array(one, np.float32) for one in (GYRO, FORCE))
+            data = store.serialize_cdr(combined(UTC_US + at, *vectors), next(iter(PX4)))
+            writer.write(outlets[0], (UTC_US + at) * 1000, data)
+        for at in ticks(GPS_HZ):
+            message = gps(UTC_US + at, *PLACE, 3, 1.5, *VELOCITY_NED, True)
+            data = store.serialize_cdr(message, list(PX4)[1])
+            writer.write(outlets[1], (UTC_US + at) * 1000, data)
+    return path

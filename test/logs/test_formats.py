@@ -1,0 +1,142 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
+"""Every format says the same of the same still vehicle."""
+
+from __future__ import annotations
+
+import gc
+import random
+import subprocess
+import sys
+import warnings
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import made
+import pytest
+
+from hijack_detect.bags.errors import BagError
+from hijack_detect.bags.reader import BagReader
+from hijack_detect.bags.samples import read_samples
+from hijack_detect.cli.analyze import EXIT_ALERT
+from hijack_detect.logs.formats import Converted, as_bag, convert, is_log
+from hijack_detect.logs.logged import ATTITUDE, Wanted
+
+FORMATS: dict[str, tuple[Callable[[Path], Path], str]] = {
+    "ulog": (made.ulog, "flight.ulg"),
+    "dataflash": (made.dataflash, "flight.log"),
+    "ros1": (made.ros1, "flight.bag"),
+    "sqlite": (made.sqlite, "flight"),
+    "px4": (made.px4, "flight"),
+}
+IMUS, FIXES = made.SECONDS * made.IMU_HZ, made.SECONDS * made.GPS_HZ
+WITH_UTC = ("ulog", "ros1", "sqlite", "px4")
+
+
+def imported(name: str, folder: Path) -> tuple[Converted, dict[str, list[Any]]]:
+    """What was converted, and the samples of the bag by input."""
+    make, file = FORMATS[name]
+    done = convert(make(folder / file), folder / "out")
+    samples: dict[str, list[Any]] = {}
+    with BagReader(folder / "out") as reader:
+        for one, sample in read_samples(reader, reader.inputs()):
+            samples.setdefault(one, []).append(sample)
+    return done, samples
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_units_frames_and_stamps(name: str, tmp_path: Path) -> None:
+    done, samples = imported(name, tmp_path)
+    (gx, gy, gz), (fx, fy, fz) = made.GYRO, made.FORCE
+    imu = samples["imu"]
+    assert len(imu) == IMUS
+    assert imu[0].angular_velocity == pytest.approx((gx, -gy, -gz), abs=1e-6)
+    assert imu[0].specific_force == pytest.approx((fx, -fy, -fz), abs=1e-5)
+    assert imu[1].stamp_ns - imu[0].stamp_ns == 10**9 // made.IMU_HZ
+    fix = samples["fix"][0]
+    assert len(samples["fix"]) == FIXES
+    assert (fix.latitude_deg, fix.longitude_deg, fix.altitude_m) == pytest.approx(made.PLACE)
+    if name in WITH_UTC:
+        assert fix.stamp_ns == (made.UTC_US + 1_000_000) * 1000
+    if name in ("ulog", "dataflash", "px4"):
+        north, east, down = made.VELOCITY_NED
+        wanted = (east, north, -down)
+        assert samples["velocity"][0].velocity == pytest.approx(wanted, abs=1e-5)
+    if name in ("ulog", "dataflash"):
+        x, y, z = (one * 1e-7 for one in made.FIELD_MILLIGAUSS)
+        assert samples["mag"][0].field == pytest.approx((x, -y, -z), rel=1e-5)
+        assert samples["pressure"][0].pressure_pa == pytest.approx(made.PASCAL)
+        assert samples["satellites"][0].count == 12
+        assert done.messages[ATTITUDE] == FIXES
+
+
+def test_what_was_left_out_is_said(tmp_path: Path) -> None:
+    for name, said in (
+        ("ulog", "no subscription found for message id 99"),
+        ("dataflash", "IMU number 1: another one is taken (250)"),
+        ("ros1", "/a/words: std_msgs/msg/String is no input (5)"),
+    ):
+        folder = tmp_path / name
+        folder.mkdir()
+        assert any(said in line for line in imported(name, folder)[0].notes.lines())
+
+
+def test_another_imu_can_be_taken(tmp_path: Path) -> None:
+    log = made.dataflash(tmp_path / "flight.log")
+    convert(log, tmp_path / "out", Wanted(imu=1))
+    with BagReader(tmp_path / "out") as reader:
+        (_, first), *_ = read_samples(reader, reader.inputs())
+    assert first.angular_velocity[0] == pytest.approx(made.GYRO[0] + 1.0)  # type: ignore[union-attr]
+    with pytest.raises(BagError, match="has no IMU number 2"):
+        convert(log, tmp_path / "none", Wanted(imu=2))
+    assert not (tmp_path / "none").exists()
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_damaged_logs_are_imported_in_part_or_refused(name: str, tmp_path: Path) -> None:
+    make, file = FORMATS[name]
+    log = make(tmp_path / file)
+    content_of = next(log.glob("*.db3")) if log.is_dir() else log
+    content = content_of.read_bytes()
+    rng = random.Random(3)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ResourceWarning)  # pymavlink leaves a file open
+        for number in range(25):
+            data = bytearray(content[: rng.randrange(1, len(content))] if number % 2 else content)
+            for _ in range(rng.randrange(4)):
+                data[rng.randrange(min(len(data), 3000))] = rng.randrange(256)
+            content_of.write_bytes(data)
+            with suppress(BagError):
+                convert(log, tmp_path / f"out{number}")
+        gc.collect()
+
+
+def test_an_mcap_bag_is_no_log_and_a_log_is_a_bag_for_a_while(tmp_path: Path) -> None:
+    log = made.ulog(tmp_path / "flight.ulg")
+    with as_bag(log) as (bag, done):
+        assert done is not None
+        assert bag.is_dir()
+        assert not is_log(bag)
+        with as_bag(bag) as (same, nothing):
+            assert (same, nothing) == (bag, None)
+    assert not bag.exists()
+    (tmp_path / "text").write_text("no log")
+    with pytest.raises(BagError, match=r"known are ArduPilot DataFlash, .*PX4 ULog"):
+        convert(tmp_path / "text", tmp_path / "out")
+
+
+def test_analyze_and_convert_take_logs(tmp_path: Path) -> None:
+    log = made.ulog(tmp_path / "flight.ulg")
+    command = [sys.executable, "-m", "hijack_detect.cli.main"]
+    done = subprocess.run(
+        [*command, "convert", log, tmp_path / "out"], capture_output=True, text=True, check=True
+    )
+    assert "from PX4 ULog" in done.stdout
+    assert "/imu/data_raw 250" in done.stdout
+    done = subprocess.run(
+        [*command, "analyze", log, "--json", "-"], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == EXIT_ALERT, "a position that repeats bit by bit is frozen"
+    assert f'"bag": "{log}"' in done.stdout
+    assert "no subscription found" in done.stderr
