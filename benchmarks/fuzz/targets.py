@@ -262,7 +262,7 @@ TARGETS: Mapping[str, Target] = {
     "scenario": Target("scenario", _scenario, _files("scenarios/*.yaml")),
     "parameters": Target("parameter file", _parameters, _files("default.yaml", "paper.yaml")),
     "label": Target("`label.json` of a flight", _label, _label_seeds),
-    "journal": Target("journal (SQLite)", _journal, journal_seeds),
-    "recorder": Target("journal, taken up by the recorder", _recorder, journal_seeds),
+    "journal": Target("journal (SQLite)", _journal, journal_seeds, 65536),
+    "recorder": Target("journal, taken up by the recorder", _recorder, journal_seeds, 65536),
     "alert": Target("alert kept by the fusion", _survivor, _survivor_seeds),
 }
