@@ -4,11 +4,13 @@
 from __future__ import annotations
 
 import os
+import shutil
 import struct
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from benchmarks.fuzz import small_logs
 from benchmarks.fuzz.flight import Flown, message_seeds, monitor_seeds
 from benchmarks.fuzz.seeds import (
     SESSION,
@@ -25,6 +27,7 @@ from hijack_detect.bags.topics import TYPES
 from hijack_detect.detectors.fusion import Latched
 from hijack_detect.evaluation.ground_truth.truth import LABEL, label_attack, read_label
 from hijack_detect.evaluation.monitor.policies import load_parameters
+from hijack_detect.logs.formats import convert
 from hijack_detect.nodes.message_types import message_class
 from hijack_detect.nodes.messages import verdict_from
 from hijack_detect.nodes.survival import Survivor
@@ -203,6 +206,39 @@ def _journal(folder: Path) -> Attempt:
     return attempt
 
 
+def _log(name: str) -> Callable[[Path], Attempt]:
+    """The importer of a log; the name tells text from binary, and a folder from a file."""
+
+    def make(folder: Path) -> Attempt:
+        file, out = folder / name, folder / "out"
+        if name.endswith(".db3") and not file.parent.is_dir():
+            small_logs.sqlite(file.parent)  # for the metadata beside it
+
+        def attempt(data: bytes) -> bool:
+            file.write_bytes(data)
+            shutil.rmtree(out, ignore_errors=True)
+            try:
+                convert(file.parent if name.endswith(".db3") else file, out)
+            except BagError:
+                return False
+            return True
+
+        return attempt
+
+    return make
+
+
+def _small(make: Callable[[Path], Path], name: str) -> Callable[[Path], list[bytes]]:
+    def seeds(folder: Path) -> list[bytes]:
+        log = folder / "seed" / name
+        if not log.exists():
+            log.parent.mkdir(parents=True, exist_ok=True)
+            make(log)
+        return [(next(log.glob("*.db3")) if log.is_dir() else log).read_bytes()]
+
+    return seeds
+
+
 def _recorder(folder: Path) -> Attempt:
     """The recorder takes up what it finds, or moves it aside; nothing may be raised or lost."""
     place = folder / "recorder"
@@ -262,6 +298,14 @@ TARGETS: Mapping[str, Target] = {
     "scenario": Target("scenario", _scenario, _files("scenarios/*.yaml")),
     "parameters": Target("parameter file", _parameters, _files("default.yaml", "paper.yaml")),
     "label": Target("`label.json` of a flight", _label, _label_seeds),
+    "ulog": Target("PX4 ULog", _log("any.ulg"), _small(small_logs.ulog, "any.ulg"), 65536),
+    "dataflash": Target(
+        "ArduPilot DataFlash", _log("any.log"), _small(small_logs.dataflash, "any.log"), 65536
+    ),
+    "ros1": Target("ROS 1 bag", _log("any.bag"), _small(small_logs.ros1, "any.bag"), 2**18),
+    "sqlite": Target(
+        "ROS 2 bag in sqlite3", _log("any/any.db3"), _small(small_logs.sqlite, "any"), 2**18
+    ),
     "journal": Target("journal (SQLite)", _journal, journal_seeds, 65536),
     "recorder": Target("journal, taken up by the recorder", _recorder, journal_seeds, 65536),
     "alert": Target("alert kept by the fusion", _survivor, _survivor_seeds),

@@ -69,8 +69,8 @@ def _topics(path: Path, notes: Notes) -> dict[tuple[str, int], Columns]:
     from pyulog import ULog  # noqa: PLC0415  an extra
 
     told = io.StringIO()
-    with contextlib.redirect_stdout(told):  # where pyulog warns
-        log = ULog(str(path), list(TOPICS))
+    with path.open("rb") as file, contextlib.redirect_stdout(told):  # where pyulog warns
+        log = ULog(file, list(TOPICS))
     notes.skipped.update(line.strip() for line in told.getvalue().splitlines() if line.strip())
     if log.file_corruption:
         notes.said.append("the log is damaged: what could be read was taken")

@@ -13,9 +13,9 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-import made
 import pytest
 
+from benchmarks.fuzz import small_logs
 from hijack_detect.bags.errors import BagError
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.bags.samples import read_samples
@@ -24,13 +24,13 @@ from hijack_detect.logs.formats import Converted, as_bag, convert, is_log
 from hijack_detect.logs.logged import ATTITUDE, Wanted
 
 FORMATS: dict[str, tuple[Callable[[Path], Path], str]] = {
-    "ulog": (made.ulog, "flight.ulg"),
-    "dataflash": (made.dataflash, "flight.log"),
-    "ros1": (made.ros1, "flight.bag"),
-    "sqlite": (made.sqlite, "flight"),
-    "px4": (made.px4, "flight"),
+    "ulog": (small_logs.ulog, "flight.ulg"),
+    "dataflash": (small_logs.dataflash, "flight.log"),
+    "ros1": (small_logs.ros1, "flight.bag"),
+    "sqlite": (small_logs.sqlite, "flight"),
+    "px4": (small_logs.px4, "flight"),
 }
-IMUS, FIXES = made.SECONDS * made.IMU_HZ, made.SECONDS * made.GPS_HZ
+IMUS, FIXES = small_logs.SECONDS * small_logs.IMU_HZ, small_logs.SECONDS * small_logs.GPS_HZ
 WITH_UTC = ("ulog", "ros1", "sqlite", "px4")
 
 
@@ -48,25 +48,25 @@ def imported(name: str, folder: Path) -> tuple[Converted, dict[str, list[Any]]]:
 @pytest.mark.parametrize("name", FORMATS)
 def test_units_frames_and_stamps(name: str, tmp_path: Path) -> None:
     done, samples = imported(name, tmp_path)
-    (gx, gy, gz), (fx, fy, fz) = made.GYRO, made.FORCE
+    (gx, gy, gz), (fx, fy, fz) = small_logs.GYRO, small_logs.FORCE
     imu = samples["imu"]
     assert len(imu) == IMUS
     assert imu[0].angular_velocity == pytest.approx((gx, -gy, -gz), abs=1e-6)
     assert imu[0].specific_force == pytest.approx((fx, -fy, -fz), abs=1e-5)
-    assert imu[1].stamp_ns - imu[0].stamp_ns == 10**9 // made.IMU_HZ
+    assert imu[1].stamp_ns - imu[0].stamp_ns == 10**9 // small_logs.IMU_HZ
     fix = samples["fix"][0]
     assert len(samples["fix"]) == FIXES
-    assert (fix.latitude_deg, fix.longitude_deg, fix.altitude_m) == pytest.approx(made.PLACE)
+    assert (fix.latitude_deg, fix.longitude_deg, fix.altitude_m) == pytest.approx(small_logs.PLACE)
     if name in WITH_UTC:
-        assert fix.stamp_ns == (made.UTC_US + 1_000_000) * 1000
+        assert fix.stamp_ns == (small_logs.UTC_US + 1_000_000) * 1000
     if name in ("ulog", "dataflash", "px4"):
-        north, east, down = made.VELOCITY_NED
+        north, east, down = small_logs.VELOCITY_NED
         wanted = (east, north, -down)
         assert samples["velocity"][0].velocity == pytest.approx(wanted, abs=1e-5)
     if name in ("ulog", "dataflash"):
-        x, y, z = (one * 1e-7 for one in made.FIELD_MILLIGAUSS)
+        x, y, z = (one * 1e-7 for one in small_logs.FIELD_MILLIGAUSS)
         assert samples["mag"][0].field == pytest.approx((x, -y, -z), rel=1e-5)
-        assert samples["pressure"][0].pressure_pa == pytest.approx(made.PASCAL)
+        assert samples["pressure"][0].pressure_pa == pytest.approx(small_logs.PASCAL)
         assert samples["satellites"][0].count == 12
         assert done.messages[ATTITUDE] == FIXES
 
@@ -83,11 +83,11 @@ def test_what_was_left_out_is_said(tmp_path: Path) -> None:
 
 
 def test_another_imu_can_be_taken(tmp_path: Path) -> None:
-    log = made.dataflash(tmp_path / "flight.log")
+    log = small_logs.dataflash(tmp_path / "flight.log")
     convert(log, tmp_path / "out", Wanted(imu=1))
     with BagReader(tmp_path / "out") as reader:
         (_, first), *_ = read_samples(reader, reader.inputs())
-    assert first.angular_velocity[0] == pytest.approx(made.GYRO[0] + 1.0)  # type: ignore[union-attr]
+    assert first.angular_velocity[0] == pytest.approx(small_logs.GYRO[0] + 1.0)  # type: ignore[union-attr]
     with pytest.raises(BagError, match="has no IMU number 2"):
         convert(log, tmp_path / "none", Wanted(imu=2))
     assert not (tmp_path / "none").exists()
@@ -113,7 +113,7 @@ def test_damaged_logs_are_imported_in_part_or_refused(name: str, tmp_path: Path)
 
 
 def test_an_mcap_bag_is_no_log_and_a_log_is_a_bag_for_a_while(tmp_path: Path) -> None:
-    log = made.ulog(tmp_path / "flight.ulg")
+    log = small_logs.ulog(tmp_path / "flight.ulg")
     with as_bag(log) as (bag, done):
         assert done is not None
         assert bag.is_dir()
@@ -127,7 +127,7 @@ def test_an_mcap_bag_is_no_log_and_a_log_is_a_bag_for_a_while(tmp_path: Path) ->
 
 
 def test_analyze_and_convert_take_logs(tmp_path: Path) -> None:
-    log = made.ulog(tmp_path / "flight.ulg")
+    log = small_logs.ulog(tmp_path / "flight.ulg")
     command = [sys.executable, "-m", "hijack_detect.cli.main"]
     done = subprocess.run(
         [*command, "convert", log, tmp_path / "out"], capture_output=True, text=True, check=True
