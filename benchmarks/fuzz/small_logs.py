@@ -100,6 +100,36 @@ def dataflash(path: Path) -> Path:
     return path
 
 
+def tlog(path: Path) -> Path:
+    """A telemetry log of an ArduPilot, with heartbeats of a ground station in between."""
+    from pymavlink.dialects.v20 import ardupilotmega as mavlink  # noqa: PLC0415  slow to load
+
+    autopilot, station = (mavlink.MAVLink(None, srcSystem=system) for system in (1, 255))
+    data = b""
+
+    def add(at: int, sender: Any, message: Any) -> None:
+        nonlocal data
+        data += struct.pack(">Q", UTC_US + at) + message.pack(sender)
+
+    gravity = 9.80665e-3
+    for at in ticks(IMU_HZ):
+        force = (round(one / gravity) for one in FORCE)
+        gyro = (round(one * 1e3) for one in GYRO)
+        field = (round(one) for one in FIELD_MILLIGAUSS)
+        add(at, autopilot, mavlink.MAVLink_raw_imu_message(at, *force, *gyro, *field))
+        if at % (1_000_000 // GPS_HZ):
+            continue
+        latitude, longitude, height = PLACE
+        place = (round(latitude * 1e7), round(longitude * 1e7), round(height * 1e3))
+        add(at, autopilot, mavlink.MAVLink_gps_raw_int_message(at, 3, *place, 120, 65535, 5, 0, 12))
+        press = mavlink.MAVLink_scaled_pressure_message(at // 1000, PASCAL / 100.0, 0.0, 2000)
+        add(at, autopilot, press)
+        add(at, autopilot, mavlink.MAVLink_attitude_message(at // 1000, *[0.0] * 6))
+        add(at, station, mavlink.MAVLink_heartbeat_message(6, 8, 0, 0, 0, 3))
+    path.write_bytes(data)
+    return path
+
+
 def ros1(path: Path) -> Path:
     """A ROS 1 bag with a mavros-like Imu and NavSatFix, and a topic that is no input."""
     store = get_typestore(Stores.ROS1_NOETIC)

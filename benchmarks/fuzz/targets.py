@@ -302,6 +302,9 @@ TARGETS: Mapping[str, Target] = {
     "dataflash": Target(
         "ArduPilot DataFlash", _log("any.log"), _small(small_logs.dataflash, "any.log"), 65536
     ),
+    "tlog": Target(
+        "MAVLink telemetry", _log("any.tlog"), _small(small_logs.tlog, "any.tlog"), 65536
+    ),
     "ros1": Target("ROS 1 bag", _log("any.bag"), _small(small_logs.ros1, "any.bag"), 2**18),
     "sqlite": Target(
         "ROS 2 bag in sqlite3", _log("any/any.db3"), _small(small_logs.sqlite, "any"), 2**18

@@ -25,6 +25,9 @@ MAGICS = {
     SQLITE: ("ROS 2 bag in sqlite3", "rosbag"),
 }
 """Name and module of the formats that files begin with."""
+TLOG = ("MAVLink telemetry log", "tlog")
+TLOG_AT, TLOG_MAGICS = 8, (0xFE, 0xFD)
+"""A telemetry log begins with a time, and then a MAVLink packet of version 1 or 2."""
 
 
 @dataclass
@@ -57,7 +60,7 @@ def convert(path: Path, out: Path, wanted: Wanted | None = None) -> Converted:
     """
     found = _recognised(path)
     if found is None:
-        known = ", ".join(sorted({name for name, _ in MAGICS.values()}))
+        known = ", ".join(sorted({name for name, _ in (*MAGICS.values(), TLOG)}))
         raise BagError(f"{path}: has no format that is known; known are {known}")
     done = Converted(found[0])
     topics = dict(PRESETS["default"].items())
@@ -103,4 +106,6 @@ def _recognised(path: Path) -> tuple[str, str] | None:
             begin = file.read(max(map(len, MAGICS)))
     except OSError:
         return None
+    if len(begin) > TLOG_AT and begin[0] == 0 and begin[TLOG_AT] in TLOG_MAGICS:
+        return TLOG
     return next((found for magic, found in MAGICS.items() if begin.startswith(magic)), None)

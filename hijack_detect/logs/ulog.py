@@ -33,6 +33,8 @@ TOPICS = (
     "vehicle_attitude",
 )
 GAUSS_T = 1e-4
+READS_A_BYTE = 4
+"""A reader that looks for the next message after damage reads twice for each byte."""
 FIX_3D = 3
 
 Columns = Mapping[str, Any]
@@ -65,11 +67,26 @@ def read(path: Path, wanted: Wanted, notes: Notes) -> Iterator[Logged]:
     yield from heapq.merge(*streams, key=lambda one: one.stamp_ns)
 
 
+class _Forward(io.FileIO):
+    """A file that is not read in circles, as pyulog 1.3 does where a log was cut off."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path)
+        self._left = READS_A_BYTE * path.stat().st_size + 100
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        """Read, unless the file was read for too often."""
+        self._left -= 1
+        if self._left < 0:
+            raise OSError("the log leads its reader in circles")
+        return super().read(-1 if size is None else size)
+
+
 def _topics(path: Path, notes: Notes) -> dict[tuple[str, int], Columns]:
     from pyulog import ULog  # noqa: PLC0415  an extra
 
     told = io.StringIO()
-    with path.open("rb") as file, contextlib.redirect_stdout(told):  # where pyulog warns
+    with _Forward(path) as file, contextlib.redirect_stdout(told):  # where pyulog warns
         log = ULog(file, list(TOPICS))
     notes.skipped.update(line.strip() for line in told.getvalue().splitlines() if line.strip())
     if log.file_corruption:

@@ -18,6 +18,7 @@ TRIES = {
     "recorder": 60,
     "ulog": 40,
     "dataflash": 40,
+    "tlog": 40,
     "ros1": 40,
     "sqlite": 20,
 }

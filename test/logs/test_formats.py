@@ -26,12 +26,13 @@ from hijack_detect.logs.logged import ATTITUDE, Wanted
 FORMATS: dict[str, tuple[Callable[[Path], Path], str]] = {
     "ulog": (small_logs.ulog, "flight.ulg"),
     "dataflash": (small_logs.dataflash, "flight.log"),
+    "tlog": (small_logs.tlog, "flight.tlog"),
     "ros1": (small_logs.ros1, "flight.bag"),
     "sqlite": (small_logs.sqlite, "flight"),
     "px4": (small_logs.px4, "flight"),
 }
 IMUS, FIXES = small_logs.SECONDS * small_logs.IMU_HZ, small_logs.SECONDS * small_logs.GPS_HZ
-WITH_UTC = ("ulog", "ros1", "sqlite", "px4")
+WITH_UTC = ("ulog", "tlog", "ros1", "sqlite", "px4")
 
 
 def imported(name: str, folder: Path) -> tuple[Converted, dict[str, list[Any]]]:
@@ -51,8 +52,9 @@ def test_units_frames_and_stamps(name: str, tmp_path: Path) -> None:
     (gx, gy, gz), (fx, fy, fz) = small_logs.GYRO, small_logs.FORCE
     imu = samples["imu"]
     assert len(imu) == IMUS
+    coarse = 5e-3 if name == "tlog" else 1e-5  # thousandths of gravity
     assert imu[0].angular_velocity == pytest.approx((gx, -gy, -gz), abs=1e-6)
-    assert imu[0].specific_force == pytest.approx((fx, -fy, -fz), abs=1e-5)
+    assert imu[0].specific_force == pytest.approx((fx, -fy, -fz), abs=coarse)
     assert imu[1].stamp_ns - imu[0].stamp_ns == 10**9 // small_logs.IMU_HZ
     fix = samples["fix"][0]
     assert len(samples["fix"]) == FIXES
@@ -63,7 +65,7 @@ def test_units_frames_and_stamps(name: str, tmp_path: Path) -> None:
         north, east, down = small_logs.VELOCITY_NED
         wanted = (east, north, -down)
         assert samples["velocity"][0].velocity == pytest.approx(wanted, abs=1e-5)
-    if name in ("ulog", "dataflash"):
+    if name in ("ulog", "dataflash", "tlog"):
         x, y, z = (one * 1e-7 for one in small_logs.FIELD_MILLIGAUSS)
         assert samples["mag"][0].field == pytest.approx((x, -y, -z), rel=1e-5)
         assert samples["pressure"][0].pressure_pa == pytest.approx(small_logs.PASCAL)
@@ -75,6 +77,7 @@ def test_what_was_left_out_is_said(tmp_path: Path) -> None:
     for name, said in (
         ("ulog", "no subscription found for message id 99"),
         ("dataflash", "IMU number 1: another one is taken (250)"),
+        ("tlog", "velocities are left out"),
         ("ros1", "/a/words: std_msgs/msg/String is no input (5)"),
     ):
         folder = tmp_path / name
@@ -112,6 +115,16 @@ def test_damaged_logs_are_imported_in_part_or_refused(name: str, tmp_path: Path)
         gc.collect()
 
 
+def test_a_ulog_that_is_cut_off_in_its_definitions_does_not_go_on_for_ever(
+    tmp_path: Path,
+) -> None:
+    """A message of an unknown kind, longer than what is left."""
+    log = tmp_path / "flight.ulg"
+    log.write_bytes(b"ULog\x01\x12\x35\x01" + bytes(8) + bytes((3, 0, 0)) + bytes(2))
+    with pytest.raises(BagError, match="circles"):
+        convert(log, tmp_path / "out")
+
+
 def test_an_mcap_bag_is_no_log_and_a_log_is_a_bag_for_a_while(tmp_path: Path) -> None:
     log = small_logs.ulog(tmp_path / "flight.ulg")
     with as_bag(log) as (bag, done):
@@ -122,7 +135,9 @@ def test_an_mcap_bag_is_no_log_and_a_log_is_a_bag_for_a_while(tmp_path: Path) ->
             assert (same, nothing) == (bag, None)
     assert not bag.exists()
     (tmp_path / "text").write_text("no log")
-    with pytest.raises(BagError, match=r"known are ArduPilot DataFlash, .*PX4 ULog"):
+    with pytest.raises(
+        BagError, match=r"known are ArduPilot DataFlash, .*MAVLink telemetry log, PX4 ULog"
+    ):
         convert(tmp_path / "text", tmp_path / "out")
 
 
