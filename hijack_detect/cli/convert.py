@@ -31,8 +31,8 @@ def convert(log: Path, out: Path, imu: int, gps: int) -> None:
     """Write the bag OUT from the LOG of an autopilot, a ROS 1 bag, or a bag in sqlite3.
 
     PX4 ULog, ArduPilot DataFlash, MAVLink telemetry, ROS 1 and rosbag2 sqlite3 are told by their
-    content. Body vectors become FLU, world vectors ENU, stamps UTC where the log knows it. The autopilot's own
-    attitude is kept as /autopilot/attitude, to compare with.
+    content. Body vectors become FLU, world vectors ENU, stamps UTC where the log knows it. The
+    autopilot's own attitude is kept as /autopilot/attitude, to compare with.
     """
     from hijack_detect.logs.formats import convert as make  # noqa: PLC0415  slow to load
     from hijack_detect.logs.logged import Wanted  # noqa: PLC0415
