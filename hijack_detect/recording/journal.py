@@ -96,6 +96,8 @@ class Journal:
         if not tables:
             run(f"PRAGMA page_size = {PAGE_BYTES}")
             run("PRAGMA auto_vacuum = INCREMENTAL")
+        elif version == schema.VERSION and not set(schema.create()) <= self._statements():
+            raise AlienFileError(f"{self.path}: is damaged, its tables are not those of a journal")
         run("PRAGMA journal_mode = WAL")
         run("PRAGMA synchronous = FULL")
         run("PRAGMA wal_autocheckpoint = 0")
@@ -106,6 +108,11 @@ class Journal:
                     run(statement)
                 run(f"PRAGMA application_id = {schema.APPLICATION_ID}")
                 run(f"PRAGMA user_version = {schema.VERSION}")
+
+    def _statements(self) -> set[str]:
+        """The statements that the file says its tables were made by."""
+        found = self._database.execute("SELECT sql FROM sqlite_master WHERE type = 'table'")
+        return {str(statement) for (statement,) in found}
 
     @property
     def size(self) -> int:

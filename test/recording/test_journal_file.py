@@ -174,3 +174,12 @@ def test_damage_that_sqlite_cannot_put_into_words(quick: Path) -> None:
         Journal(path, 8 * MEGABYTE, SESSION)
     with pytest.raises(JournalError, match="cannot be read"), open_journal(path):
         pass
+
+
+def test_a_journal_whose_tables_have_other_columns_is_moved_aside(quick: Path) -> None:
+    path = quick / schema.FILE
+    Journal(path, 8 * MEGABYTE, SESSION).close()
+    content = path.read_bytes()
+    path.write_bytes(content.replace(b"AUTOINCREMENT, session ", b"AUTOINCREMENT, sessiom "))
+    with pytest.raises(AlienFileError, match="not those of a journal"):
+        Journal(path, 8 * MEGABYTE, SESSION)

@@ -212,7 +212,7 @@ def test_left_out_messages_are_counted_by_reason(tmp_path: Path) -> None:
         raw("/imu/data_raw", ImuSample(at, (math.nan, 0.0, 0.0), (0.0, 0.0, 9.8))),
         raw("/imu/data_raw", ImuSample(at + 1, (math.nan, 0.0, 0.0), (0.0, 0.0, 9.8))),
         raw("/gps/fix", FixSample(at, 91.0, 11.0, 500.0)),
-        raw("/imu/data_raw", ImuSample(at - SECOND, (0.0, 0.0, 0.0), (0.0, 0.0, 9.8)), at + 2),
+        raw("/imu/data_raw", ImuSample(at - SECOND // 20, (0.0,) * 3, (0.0, 0.0, 9.8)), at + 2),
         raw("/pressure", PressureSample(at, 95_000.0)),
         raw("/pressure", PressureSample(at, 95_001.0), at + 3),
     ]
