@@ -40,7 +40,7 @@ def is_damage(error: Exception) -> bool:
     if isinstance(error, UnicodeDecodeError):
         return True
     text = str(error)
-    words = ("malformed", "not a database", "unsupported file format")
+    words = ("malformed", "not a database", "unsupported file format", "not decode to UTF-8")
     return isinstance(error, sqlite3.DatabaseError) and any(one in text for one in words)
 
 
