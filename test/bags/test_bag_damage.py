@@ -145,17 +145,16 @@ def test_every_cut_and_every_changed_byte_of_a_small_bag(tmp_path: Path) -> None
     whole = read_all(file)
     refused = 0
     for place in range(len(content)):
-        for flip in (0x01, 0x80, 0xFF):
-            changed = bytearray(content)
-            changed[place] ^= flip
-            file.write_bytes(changed)
-            try:
-                found = read_all(file)
-            except BagError:
-                refused += 1
-            else:
-                assert found == whole
-    assert refused > len(content)
+        changed = bytearray(content)
+        changed[place] ^= (0x01, 0x80, 0xFF)[place % 3]
+        file.write_bytes(changed)
+        try:
+            found = read_all(file)
+        except BagError:
+            refused += 1
+        else:
+            assert found == whole
+    assert refused > len(content) / 3
 
 
 def test_truncated_file_says_how_many_messages_are_left(tmp_path: Path, small_mcap: bytes) -> None:
