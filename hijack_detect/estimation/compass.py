@@ -11,14 +11,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
-from pygeomag import GeoMag
 
 from hijack_detect.estimation.ekf import GRAVITY
 from hijack_detect.estimation.imu_buffer import mean
-from hijack_detect.estimation.magnetic import MODEL_YEAR
+from hijack_detect.estimation.magnetic import field_enu
 from hijack_detect.estimation.rotation import (
     Array,
     exponential,
@@ -58,17 +56,9 @@ ALIGN_SIGMA = 0.2
 """Standard deviation of a heading taken from one reading, rad: tilt is multiplied by the dip."""
 
 
-@cache
-def _model() -> GeoMag:
-    return GeoMag()
-
-
 def earth_field(fix: FixSample) -> Vector3:
     """The Earth's magnetic field at a fix, tesla in ENU (World Magnetic Model)."""
-    result = _model().calculate(
-        glat=fix.latitude_deg, glon=fix.longitude_deg, alt=fix.altitude_m / 1000.0, time=MODEL_YEAR
-    )
-    return (result.y * 1e-9, result.x * 1e-9, -result.z * 1e-9)
+    return field_enu(fix.latitude_deg, fix.longitude_deg, fix.altitude_m)
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from functools import cache
+from typing import Any
 
 from pygeomag import GeoMag
 
@@ -23,20 +24,21 @@ def _model() -> GeoMag:
     return GeoMag()
 
 
-def declination(latitude_deg: float, longitude_deg: float, altitude_m: float) -> float:
-    """Angle from true to magnetic North, radians, positive East (World Magnetic Model)."""
-    result = _model().calculate(
+def _field(latitude_deg: float, longitude_deg: float, altitude_m: float) -> Any:
+    return _model().calculate(
         glat=latitude_deg, glon=longitude_deg, alt=altitude_m / 1000.0, time=MODEL_YEAR
     )
-    return math.radians(result.d)
+
+
+def declination(latitude_deg: float, longitude_deg: float, altitude_m: float) -> float:
+    """Angle from true to magnetic North, radians, positive East (World Magnetic Model)."""
+    return math.radians(_field(latitude_deg, longitude_deg, altitude_m).d)
 
 
 def field_enu(latitude_deg: float, longitude_deg: float, altitude_m: float) -> Vector3:
-    """Magnetic field, tesla in ENU (World Magnetic Model)."""
-    result = _model().calculate(
-        glat=latitude_deg, glon=longitude_deg, alt=altitude_m / 1000.0, time=MODEL_YEAR
-    )
-    return (result.y * NANOTESLA, result.x * NANOTESLA, -result.z * NANOTESLA)
+    """The Earth's magnetic field, tesla in ENU (World Magnetic Model)."""
+    found = _field(latitude_deg, longitude_deg, altitude_m)
+    return (found.y * NANOTESLA, found.x * NANOTESLA, -found.z * NANOTESLA)
 
 
 def heading_error(
