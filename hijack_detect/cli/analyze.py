@@ -52,9 +52,8 @@ def analyze(
     """Say whether the GPS of a recorded flight was spoofed, when, and how that is known.
 
     BAG is an mcap file, a rosbag2 folder, or a log that `convert` knows (--imu and --gps are for
-    those). What is known of an attack is compared with: the
-    scenario's, the ground truth's in the bag, or that of label.json beside it. The JSON is
-    described by docs/analysis.schema.json.
+    those). What is known of an attack is compared with: the scenario's, the ground truth's in the
+    bag, or that of label.json beside it. The JSON is described by docs/analysis.schema.json.
 
     Exits with 0 if there was no alert, with 10 if there was one, and with 2 if the input cannot
     be used.

@@ -13,6 +13,7 @@ from typing import Any
 from hijack_detect.bags.errors import BagError
 from hijack_detect.logs.frames import enu, flu, from_angles
 from hijack_detect.logs.logged import ATTITUDE, Logged, Notes, Wanted, fix_sample
+from hijack_detect.logs.units import FIX_3D, MILLIGAUSS_T
 from hijack_detect.streams.samples import (
     NANOSECONDS,
     ImuSample,
@@ -23,8 +24,6 @@ from hijack_detect.streams.samples import (
 )
 
 MAGIC = b"\xa3\x95"
-MILLIGAUSS_T = 1e-7
-FIX_3D = 3
 NUMBERED = re.compile(r"(IMU|GPS|MAG|BARO|BAR)(\d*)")
 """Sensors are numbered in the name of the message (IMU2), or in its field I."""
 

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import contextlib
-import importlib
 import tempfile
 from collections import Counter
 from collections.abc import Iterator
@@ -14,18 +13,19 @@ from pathlib import Path
 from hijack_detect.bags.errors import BagError
 from hijack_detect.bags.topics import PRESETS
 from hijack_detect.bags.writer import BagWriter
+from hijack_detect.logs import dataflash, rosbag, tlog, ulog
 from hijack_detect.logs.logged import ATTITUDE, Notes, Read, Wanted
 
 SQLITE = b"SQLite format 3"
-MAGICS = {
-    b"ULog\x01\x12\x35": ("PX4 ULog", "ulog"),
-    b"\xa3\x95": ("ArduPilot DataFlash", "dataflash"),
-    b"FMT, ": ("ArduPilot DataFlash as text", "dataflash"),
-    b"#ROSBAG V2.0": ("ROS 1 bag", "rosbag"),
-    SQLITE: ("ROS 2 bag in sqlite3", "rosbag"),
+MAGICS: dict[bytes, tuple[str, Read]] = {
+    b"ULog\x01\x12\x35": ("PX4 ULog", ulog.read),
+    dataflash.MAGIC: ("ArduPilot DataFlash", dataflash.read),
+    b"FMT, ": ("ArduPilot DataFlash as text", dataflash.read),
+    b"#ROSBAG V2.0": ("ROS 1 bag", rosbag.read),
+    SQLITE: ("ROS 2 bag in sqlite3", rosbag.read),
 }
-"""Name and module of the formats that files begin with."""
-TLOG = ("MAVLink telemetry log", "tlog")
+"""Name and reader of the formats that files begin with."""
+TLOG = ("MAVLink telemetry log", tlog.read)
 TLOG_AT, TLOG_MAGICS = 8, (0xFE, 0xFD)
 """A telemetry log begins with a time, and then a MAVLink packet of version 1 or 2."""
 
@@ -62,9 +62,9 @@ def convert(path: Path, out: Path, wanted: Wanted | None = None) -> Converted:
     if found is None:
         known = ", ".join(sorted({name for name, _ in (*MAGICS.values(), TLOG)}))
         raise BagError(f"{path}: has no format that is known; known are {known}")
-    done = Converted(found[0])
+    name_of_format, read = found
+    done = Converted(name_of_format)
     topics = dict(PRESETS["default"].items())
-    read: Read = importlib.import_module(f"hijack_detect.logs.{found[1]}").read
     try:
         with BagWriter(out) as writer:
             for name, stamp_ns, value in read(path, wanted or Wanted(), done.notes):
@@ -97,8 +97,8 @@ def as_bag(path: Path, wanted: Wanted | None = None) -> Iterator[tuple[Path, Con
         yield bag, convert(path, bag, wanted)
 
 
-def _recognised(path: Path) -> tuple[str, str] | None:
-    """Name and module of a log's format."""
+def _recognised(path: Path) -> tuple[str, Read] | None:
+    """Name and reader of a log's format."""
     try:
         if path.is_dir():
             return MAGICS[SQLITE] if any(path.glob("*.db3")) else None

@@ -4,23 +4,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from hijack_detect.bags.errors import BagError
 from hijack_detect.bags.topics import TYPES
-from hijack_detect.logs.frames import enu, flu
-from hijack_detect.logs.logged import Logged, Notes, Wanted, fix_sample
+from hijack_detect.logs import px4
+from hijack_detect.logs.frames import flu
+from hijack_detect.logs.logged import Logged, Notes, Wanted
+from hijack_detect.logs.units import GAUSS_T
 from hijack_detect.streams.messages import CONVERTERS, BadMessage
 from hijack_detect.streams.samples import (
     ImuSample,
     MagneticSample,
     PressureSample,
-    VelocitySample,
 )
 
-GAUSS_T = 1e-4
-FIX_3D = 3
 STANDARD = {kind: name for name, kind in TYPES.items() if name != "satellites"}
 
 
@@ -93,17 +93,5 @@ def _px4(name: str, message: Any) -> Iterator[Logged]:
         pascal = float(message.baro_pressure_pa)
         yield Logged(name, stamp_ns, PressureSample(stamp_ns, pascal))
     else:
-        yield from _px4_gps(stamp_ns, message)
-
-
-def _px4_gps(stamp_ns: int, message: Any) -> Iterator[Logged]:
-    has_fix = bool(message.fix_type >= FIX_3D)
-    if hasattr(message, "latitude_deg"):
-        place = (message.latitude_deg, message.longitude_deg, message.altitude_ellipsoid_m)
-    else:
-        place = (message.lat * 1e-7, message.lon * 1e-7, message.alt_ellipsoid * 1e-3)
-    fix = fix_sample(stamp_ns, place, float(message.eph), has_fix=has_fix)
-    yield Logged("fix", stamp_ns, fix)
-    if has_fix and message.vel_ned_valid:
-        velocity = enu(message.vel_n_m_s, message.vel_e_m_s, message.vel_d_m_s)
-        yield Logged("velocity", stamp_ns, VelocitySample(stamp_ns, velocity))
+        in_degrees = hasattr(message, px4.IN_DEGREES)
+        yield from px4.gps(stamp_ns, partial(getattr, message), in_degrees=in_degrees)

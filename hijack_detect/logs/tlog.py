@@ -11,6 +11,14 @@ from typing import Any
 from hijack_detect.bags.errors import BagError
 from hijack_detect.logs.frames import flu, from_angles
 from hijack_detect.logs.logged import ATTITUDE, Logged, Notes, Wanted, fix_sample
+from hijack_detect.logs.units import (
+    FIX_3D,
+    GAUSS_T,
+    HECTOPASCAL_PA,
+    MILLI,
+    MILLIGAUSS_T,
+    MILLIGRAVITY,
+)
 from hijack_detect.streams.samples import (
     ImuSample,
     MagneticSample,
@@ -21,11 +29,6 @@ from hijack_detect.streams.samples import (
 IMUS = (("HIGHRES_IMU", "RAW_IMU", "SCALED_IMU"), ("SCALED_IMU2",), ("SCALED_IMU3",))
 """Messages of each IMU; the first that comes is the one that is taken."""
 GPSS = ("GPS_RAW_INT", "GPS2_RAW")
-MILLIGRAVITY, MILLI = 9.80665e-3, 1e-3
-GAUSS_T, MILLIGAUSS_T = 1e-4, 1e-7
-PASCALS = 100.0
-"""In a hectopascal."""
-FIX_3D = 3
 APART_US = 10_000_000
 """A message whose own time is further from when it was heard has another clock."""
 
@@ -111,5 +114,5 @@ def _gps(message: Any, stamp_ns: int) -> Iterator[Logged]:
 
 
 def _pressure(hectopascal: float, stamp_ns: int) -> Logged:
-    pascal = float(hectopascal) * PASCALS
+    pascal = float(hectopascal) * HECTOPASCAL_PA
     return Logged("pressure", stamp_ns, PressureSample(stamp_ns, pascal))

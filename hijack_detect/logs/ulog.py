@@ -13,14 +13,15 @@ from typing import Any
 import numpy as np
 
 from hijack_detect.bags.errors import BagError
-from hijack_detect.logs.frames import attitude, enu, flu
-from hijack_detect.logs.logged import ATTITUDE, Logged, Notes, Wanted, fix_sample
+from hijack_detect.logs import px4
+from hijack_detect.logs.frames import attitude, flu
+from hijack_detect.logs.logged import ATTITUDE, Logged, Notes, Wanted
+from hijack_detect.logs.units import GAUSS_T
 from hijack_detect.streams.samples import (
     ImuSample,
     MagneticSample,
     PressureSample,
     SatelliteSample,
-    VelocitySample,
 )
 
 TOPICS = (
@@ -32,10 +33,8 @@ TOPICS = (
     "vehicle_air_data",
     "vehicle_attitude",
 )
-GAUSS_T = 1e-4
 READS_A_BYTE = 4
 """A reader that looks for the next message after damage reads twice for each byte."""
-FIX_3D = 3
 
 Columns = Mapping[str, Any]
 """Values of one topic by field, each of shape (n,)."""
@@ -125,27 +124,13 @@ def _imu(
     )
 
 
-def _fixes(gps: Columns, stamp: Any) -> Iterator[Logged]:
-    degrees = "latitude_deg" in gps  # older logs have 1e-7 degrees and millimetres
-    scale = (1.0, 1.0) if degrees else (1e-7, 1e-3)
-    names = ("latitude_deg", "longitude_deg", "altitude_ellipsoid_m")
-    latitudes, longitudes, heights = (
-        gps[name] for name in (names if degrees else ("lat", "lon", "alt_ellipsoid"))
-    )
-    for at, microseconds in enumerate(gps["timestamp"]):
+def _fixes(columns: Columns, stamp: Any) -> Iterator[Logged]:
+    in_degrees = px4.IN_DEGREES in columns
+    for at, microseconds in enumerate(columns["timestamp"]):
+        row = {name: values[at] for name, values in columns.items()}
         stamp_ns = stamp(microseconds)
-        has_fix = int(gps["fix_type"][at]) >= FIX_3D
-        place = (
-            latitudes[at] * scale[0],
-            longitudes[at] * scale[0],
-            heights[at] * scale[1],
-        )
-        fix = fix_sample(stamp_ns, place, float(gps["eph"][at]), has_fix=has_fix)
-        yield Logged("fix", stamp_ns, fix)
-        if has_fix and gps["vel_ned_valid"][at]:
-            speeds = (float(gps[f"vel_{axis}_m_s"][at]) for axis in "ned")
-            yield Logged("velocity", stamp_ns, VelocitySample(stamp_ns, enu(*speeds)))
-        count = int(gps["satellites_used"][at])
+        yield from px4.gps(stamp_ns, row.__getitem__, in_degrees=in_degrees)
+        count = int(row["satellites_used"])
         yield Logged("satellites", stamp_ns, SatelliteSample(stamp_ns, count))
 
 
