@@ -3,10 +3,12 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 from hijack_detect.evaluation.scores.evaluation_tables import TextTable
 
@@ -37,6 +39,15 @@ def fill(document: Path, make: Callable[..., TextTable | None]) -> None:
 
     text = document.read_text(encoding="utf-8")
     write(document, MARK.sub(filled, text))
+
+
+def kept(paths: Mapping[str, Path]) -> dict[str, Any]:
+    """What was kept as JSON, by name, where it is there."""
+    return {
+        name: json.loads(path.read_text(encoding="utf-8"))
+        for name, path in paths.items()
+        if path.is_file()
+    }
 
 
 def write(path: Path, text: str) -> None:

@@ -9,7 +9,6 @@ kept in FOLDER/faults, and not measured again.
 
 from __future__ import annotations
 
-import json
 import queue
 import subprocess
 import sys
@@ -22,7 +21,7 @@ import click
 from rich.console import Console
 from rich.progress import track
 
-from benchmarks.documents import fill, write
+from benchmarks.documents import fill, kept, write
 from benchmarks.faults.cases import ADVERSARIES, CASES
 from benchmarks.faults.flight import BEGIN_S, flight
 from hijack_detect.evaluation.scores.evaluation_tables import TextTable
@@ -34,10 +33,13 @@ ADVERSARY_HEADS = ("from 45 to 55 s", "`hijack_alert` from then on", "longest si
 HEADS = ("fault at 45 s", "first said", "after", "NORMAL again", "longest silence", "alert")
 
 
+def _kept(folder: Path, name: str) -> Path:
+    return folder / "faults" / f"{name}.json"
+
+
 def run(folder: Path, domains: queue.Queue[int], name: str) -> None:
     """Measure one fault, if that has not been done."""
-    kept = folder / "faults" / f"{name}.json"
-    if kept.is_file():
+    if _kept(folder, name).is_file():
         return
     domain = domains.get()
     command = [sys.executable, "-m", "benchmarks.faults.run", name, str(folder), str(domain)]
@@ -46,7 +48,7 @@ def run(folder: Path, domains: queue.Queue[int], name: str) -> None:
     if done.returncode:
         click.echo(f"{name}: {done.stderr[-2000:]}", err=True)
     else:
-        write(kept, done.stdout)
+        write(_kept(folder, name), done.stdout)
 
 
 def table(found: dict[str, dict[str, Any]]) -> TextTable:
@@ -98,12 +100,7 @@ def main(folder: Path, document: Path, only: tuple[str, ...], jobs: int) -> None
         results = pool.map(partial(run, folder, domains), names)
         for _ in track(results, "faults", len(names), console=Console(stderr=True)):
             pass
-    kept = {name: folder / "faults" / f"{name}.json" for name in CASES}
-    found = {
-        name: json.loads(path.read_text(encoding="utf-8"))
-        for name, path in kept.items()
-        if path.is_file()
-    }
+    found = kept({name: _kept(folder, name) for name in CASES})
     acted = {name: one for name, one in found.items() if name in ADVERSARIES}
     broken = {name: one for name, one in found.items() if name not in ADVERSARIES}
     tables = {"faults": table(broken), "adversary": adversary_table(acted)}

@@ -14,7 +14,7 @@ from sensor_msgs.msg import NavSatFix
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
-from benchmarks.faults.flight import END_S, STAMP, STAMP_AT, Sent
+from benchmarks.faults.flight import END_S, Sent
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.nodes.messages import verdict_message
 from hijack_detect.nodes.qos import ALERT, INTERNAL
@@ -74,13 +74,10 @@ def forged_verdict(detector: str, state: State, *, ahead_ns: int = 1) -> MakeAtt
         outlet = node.create_publisher(DiagnosticArray, f"{detector}/verdict", INTERNAL)
 
         def act(one: Sent) -> None:
-            if one.topic == FIX:
-                seconds, rest = STAMP.unpack_from(one.data, STAMP_AT)
-                stamp_ns = seconds * NANOSECONDS + rest + ahead_ns
+            if one.topic == FIX and one.stamp_ns is not None:
                 score = 5.0 if state is State.ALARM else 0.0
-                outlet.publish(
-                    verdict_message(Verdict(detector, stamp_ns, state, score, 1.0, "forged"))
-                )
+                forged = Verdict(detector, one.stamp_ns + ahead_ns, state, score, 1.0, "forged")
+                outlet.publish(verdict_message(forged))
 
         return act
 

@@ -34,14 +34,20 @@ class Sent:
     kind: str
     data: bytes
 
+    @property
+    def stamp_ns(self) -> int | None:
+        """Header stamp, nanoseconds; None if it has no header."""
+        if self.topic in HEADERLESS:
+            return None
+        seconds, rest = STAMP.unpack_from(self.data, STAMP_AT)
+        return int(seconds) * NANOSECONDS + int(rest)
+
     def restamped(self, change: Callable[[int], int]) -> Sent:
         """The same message with another header stamp, nanoseconds."""
-        if self.topic in HEADERLESS:
+        if self.stamp_ns is None:
             return self
-        seconds, rest = STAMP.unpack_from(self.data, STAMP_AT)
-        stamp_ns = change(seconds * NANOSECONDS + rest)
         data = bytearray(self.data)
-        STAMP.pack_into(data, STAMP_AT, *divmod(stamp_ns, NANOSECONDS))
+        STAMP.pack_into(data, STAMP_AT, *divmod(change(self.stamp_ns), NANOSECONDS))
         return replace(self, data=bytes(data))
 
 
@@ -139,10 +145,9 @@ def clock(seconds: float) -> Fault:
 
 def from_zero(sent: Sequence[Sent]) -> list[Sent]:
     """Stamps count from the start of the flight, as those of an autopilot without a clock."""
-    start_ns = min(
-        STAMP.unpack_from(one.data, STAMP_AT)[0] for one in sent if one.topic not in HEADERLESS
-    )
-    return [one.restamped(lambda ns: ns - start_ns * NANOSECONDS) for one in sent]
+    first_ns = min(one.stamp_ns for one in sent if one.stamp_ns is not None)
+    start_ns = first_ns // NANOSECONDS * NANOSECONDS
+    return [one.restamped(lambda ns: ns - start_ns) for one in sent]
 
 
 def as_it_is(sent: Sequence[Sent]) -> list[Sent]:

@@ -30,7 +30,7 @@ from rich.progress import track
 from std_msgs.msg import Bool
 
 from benchmarks.documents import fill, write
-from benchmarks.faults.flight import HEADERLESS, STAMP, STAMP_AT, Sent
+from benchmarks.faults.flight import Sent
 from benchmarks.speed.load import load_bag
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.evaluation.scores.evaluation_tables import TextTable
@@ -78,22 +78,14 @@ class Player(Node):
         self.alerts += message.data
 
 
-def stamp_ns(one: Sent) -> int:
-    """Header stamp of a message; 0 if it has no header."""
-    if one.topic in HEADERLESS:
-        return 0
-    seconds, rest = STAMP.unpack_from(one.data, STAMP_AT)
-    return int(seconds) * NANOSECONDS + int(rest)
-
-
 def fly(player: Player, executor: EventsExecutor, flight: list[Sent], shift_ns: int) -> None:
     """Publish a flight, no faster than the monitor follows."""
     next_ns = 0
     for one in flight:
         moved = one.restamped(lambda ns: ns + shift_ns)
         player.publish(moved)
-        sent_ns = stamp_ns(moved)
-        if sent_ns < next_ns:
+        sent_ns = moved.stamp_ns
+        if sent_ns is None or sent_ns < next_ns:
             continue
         next_ns = sent_ns + BATCH_NS
         since_s, before_ns = time.monotonic(), player.passed_ns

@@ -22,7 +22,7 @@ import click
 from rich.console import Console
 from rich.progress import track
 
-from benchmarks.documents import fill, write
+from benchmarks.documents import fill, kept, write
 from benchmarks.fuzz.targets import COUNTS, TARGETS
 from hijack_detect.evaluation.scores.evaluation_tables import TextTable
 
@@ -88,12 +88,7 @@ def main(folder: Path, document: Path, only: tuple[str, ...], seconds: int, jobs
         ):
             said = "a DEFECT, see log.txt" if one["defect"] else "no defect"
             click.echo(f"{name}: {one['tried']} tried, {one['accepted']} accepted, {said}")
-    kept = {name: folder / "fuzz" / name / "found.json" for name in TARGETS}
-    found = {
-        name: json.loads(path.read_text(encoding="utf-8"))
-        for name, path in kept.items()
-        if path.is_file()
-    }
+    found = kept({name: folder / "fuzz" / name / "found.json" for name in TARGETS})
     fill(document, lambda what: table(found) if what == "fuzz" else None)
     sys.exit(any(one["defect"] for one in found.values()))
 

@@ -11,13 +11,14 @@ from typing import Any
 
 import numpy as np
 
-from hijack_detect.bags.encoding import encode_count, encode_pressure, encode_sample
+from hijack_detect.bags.encoding import encode_sample
 from hijack_detect.bags.reader import typestore
 from hijack_detect.bags.samples import CONVERT
 from hijack_detect.detectors.fusion import FusionResult
 from hijack_detect.detectors.verdict import Verdict
 from hijack_detect.evaluation.monitor.graph import Monitor, MonitorParameters
 from hijack_detect.evaluation.monitor.offline import outputs_of
+from hijack_detect.evaluation.trials.cases import flight_samples
 from hijack_detect.simulation.flight import generate_flight
 from hijack_detect.simulation.plan import FlightPlan
 from hijack_detect.streams.messages import BadMessage
@@ -25,7 +26,7 @@ from hijack_detect.streams.samples import (
     NANOSECONDS,
     AttitudeSample,
     CourseSample,
-    PressureSample,
+    Sample,
     SatelliteSample,
 )
 
@@ -61,25 +62,9 @@ FIELDS = {
 """What can be changed, by input."""
 
 
-def flown() -> list[tuple[str, Any]]:
+def flown() -> list[tuple[str, Sample]]:
     """Samples of a clean flight with every sensor, in order of stamp."""
-    flight = generate_flight(FlightPlan("curved", duration_s=FLIGHT_S), 1)
-    sent: list[tuple[str, Any]] = [("imu", one) for one in flight.imu]
-    sent += [("fix", one) for one in flight.fixes]
-    sent += [("velocity", one) for one in flight.velocities]
-    sent += [("mag", one) for one in flight.magnetics]
-    sent += [("pressure", PressureSample(*one)) for one in flight.pressures]
-    sent += [("satellites", one) for one in flight.satellites]
-    return sorted(sent, key=lambda one: one[1].stamp_ns)
-
-
-def encoded(sample: Any) -> tuple[str, bytes]:
-    """Message type and CDR of a sample."""
-    if isinstance(sample, PressureSample):
-        return encode_pressure(sample.stamp_ns, sample.pressure_pa)
-    if isinstance(sample, SatelliteSample):
-        return encode_count(sample.count)
-    return encode_sample(sample)
+    return list(flight_samples(generate_flight(FlightPlan("curved", duration_s=FLIGHT_S), 1)))
 
 
 class Flown:
@@ -124,7 +109,7 @@ class Flown:
 
 
 def _with(name: str, sample: Any, field: int, value: int) -> tuple[str, Any]:
-    kind, data = encoded(sample)
+    kind, data = encode_sample(sample)
     message = typestore().deserialize_cdr(data, kind)
     fields = FIELDS[name]
     if name != "satellites" and field % (len(fields) + 1) == len(fields):
@@ -173,8 +158,10 @@ def monitor_seeds(_: Path) -> list[bytes]:
 
 def message_seeds(_: Path) -> list[bytes]:
     """One message of each input, after its number."""
-    samples: dict[str, Any] = {}
+    samples: dict[str, Sample] = {}
     for name, sample in flown():
         samples.setdefault(name, sample)
     names = list(CONVERT)
-    return [bytes([names.index(name)]) + encoded(sample)[1] for name, sample in samples.items()]
+    return [
+        bytes([names.index(name)]) + encode_sample(sample)[1] for name, sample in samples.items()
+    ]

@@ -69,34 +69,68 @@ class Target:
     longest: int = 16384
 
 
-def _bag(folder: Path) -> Attempt:
-    file = folder / "any.mcap"
+def _reads(
+    name: str, read: Callable[[Path], object], refusal: type[Exception]
+) -> Callable[[Path], Attempt]:
+    """A parser of a file of that name, which may refuse it in one way only."""
 
-    def attempt(data: bytes) -> bool:
-        file.write_bytes(data)
-        try:
-            with BagReader(file) as reader:
-                for _ in read_samples(reader, reader.inputs(), on_rejected=lambda _: None):
-                    pass
-        except BagError:
-            return False
-        return True
+    def make(folder: Path) -> Attempt:
+        file = folder / name
+        file.parent.mkdir(parents=True, exist_ok=True)
 
-    return attempt
+        def attempt(data: bytes) -> bool:
+            file.write_bytes(data)
+            try:
+                read(file)
+            except refusal:
+                return False
+            return True
+
+        return attempt
+
+    return make
 
 
-def _metadata(folder: Path) -> Attempt:
-    bag = small_bag(folder / "tried" / "bag")
+def _read_bag(file: Path) -> None:
+    with BagReader(file) as reader:
+        for _ in read_samples(reader, reader.inputs(), on_rejected=lambda _: None):
+            pass
 
-    def attempt(data: bytes) -> bool:
-        (bag / "metadata.yaml").write_bytes(data)
-        try:
-            BagReader(bag).close()
-        except BagError:
-            return False
-        return True
 
-    return attempt
+def _read_metadata(file: Path) -> None:
+    if not file.with_name("bag.mcap").is_file():
+        bag = next(small_bag(file.parent.with_name("beside") / "bag").glob("*.mcap"))
+        shutil.copy(bag, file.with_name("bag.mcap"))
+    BagReader(file.parent).close()
+
+
+def _read_label(file: Path) -> None:
+    label = read_label(file.parent)
+    assert label is not None
+    label_attack(label, 0)
+
+
+def _read_journal(file: Path) -> None:
+    for beside in file.parent.glob(f"{file.name}-*"):
+        beside.unlink()
+    with open_journal(file) as journal:
+        for table in TABLES:
+            journal.summary(table)
+            for _ in journal.rows(Query(table)):
+                pass
+
+
+def _convert(file: Path) -> None:
+    """A bag in sqlite3 is a folder with its metadata."""
+    log = file
+    if file.suffix == ".db3":
+        log = file.parent
+        if not (log / "metadata.yaml").is_file():
+            made = small_logs.sqlite(log.with_name("beside") / log.name)
+            shutil.copy(made / "metadata.yaml", log)
+    out = file.with_name("out")
+    shutil.rmtree(out, ignore_errors=True)
+    convert(log, out)
 
 
 def _offline_message(folder: Path) -> Attempt:
@@ -142,101 +176,18 @@ def _live_message(folder: Path) -> Attempt:
     return attempt
 
 
-def _scenario(folder: Path) -> Attempt:
-    file = folder / "any.yaml"
+def _importer(words: str, name: str, make: Callable[[Path], Path], longest: int) -> Target:
+    """The importer of a log of that name; `make` makes a good one, or a folder with one."""
 
-    def attempt(data: bytes) -> bool:
-        file.write_bytes(data)
-        try:
-            load_scenario(file)
-        except ScenarioError:
-            return False
-        return True
-
-    return attempt
-
-
-def _parameters(folder: Path) -> Attempt:
-    file = folder / "any.yaml"
-
-    def attempt(data: bytes) -> bool:
-        file.write_bytes(data)
-        try:
-            load_parameters(file)
-        except ParameterError:
-            return False
-        return True
-
-    return attempt
-
-
-def _label(folder: Path) -> Attempt:
-    file = folder / LABEL
-
-    def attempt(data: bytes) -> bool:
-        file.write_bytes(data)
-        try:
-            label = read_label(folder)
-            assert label is not None
-            label_attack(label, 0)
-        except BagError:
-            return False
-        return True
-
-    return attempt
-
-
-def _journal(folder: Path) -> Attempt:
-    file = folder / "any.sqlite3"
-
-    def attempt(data: bytes) -> bool:
-        for beside in folder.glob("any.sqlite3-*"):
-            beside.unlink()
-        file.write_bytes(data)
-        try:
-            with open_journal(file) as journal:
-                for table in TABLES:
-                    journal.summary(table)
-                    for _ in journal.rows(Query(table)):
-                        pass
-        except JournalError:
-            return False
-        return True
-
-    return attempt
-
-
-def _log(name: str) -> Callable[[Path], Attempt]:
-    """The importer of a log; the name tells text from binary, and a folder from a file."""
-
-    def make(folder: Path) -> Attempt:
-        file, out = folder / name, folder / "out"
-        if name.endswith(".db3") and not file.parent.is_dir():
-            small_logs.sqlite(file.parent)  # for the metadata beside it
-
-        def attempt(data: bytes) -> bool:
-            file.write_bytes(data)
-            shutil.rmtree(out, ignore_errors=True)
-            try:
-                convert(file.parent if name.endswith(".db3") else file, out)
-            except BagError:
-                return False
-            return True
-
-        return attempt
-
-    return make
-
-
-def _small(make: Callable[[Path], Path], name: str) -> Callable[[Path], list[bytes]]:
     def seeds(folder: Path) -> list[bytes]:
-        log = folder / "seed" / name
+        seed = folder / "seed"
+        log = seed / name.split("/", maxsplit=1)[0]
         if not log.exists():
-            log.parent.mkdir(parents=True, exist_ok=True)
+            seed.mkdir(parents=True, exist_ok=True)
             make(log)
-        return [(next(log.glob("*.db3")) if log.is_dir() else log).read_bytes()]
+        return [(seed / name).read_bytes()]
 
-    return seeds
+    return Target(words, _reads(name, _convert, BagError), seeds, longest)
 
 
 def _recorder(folder: Path) -> Attempt:
@@ -290,26 +241,37 @@ def _label_seeds(_: Path) -> list[bytes]:
 
 
 TARGETS: Mapping[str, Target] = {
-    "bag": Target("mcap file", _bag, bag_seeds),
-    "metadata": Target("`metadata.yaml` of a bag", _metadata, metadata_of),
+    "bag": Target("mcap file", _reads("any.mcap", _read_bag, BagError), bag_seeds),
+    "metadata": Target(
+        "`metadata.yaml` of a bag",
+        _reads("bag/metadata.yaml", _read_metadata, BagError),
+        metadata_of,
+    ),
     "message": Target("CDR of every input, from a bag", _offline_message, message_seeds),
     "live": Target("CDR of every input and a verdict, by rclpy", _live_message, message_seeds),
     "monitor": Target("values of messages, to all detectors", Flown, monitor_seeds, 48),
-    "scenario": Target("scenario", _scenario, _files("scenarios/*.yaml")),
-    "parameters": Target("parameter file", _parameters, _files("default.yaml", "paper.yaml")),
-    "label": Target("`label.json` of a flight", _label, _label_seeds),
-    "ulog": Target("PX4 ULog", _log("any.ulg"), _small(small_logs.ulog, "any.ulg"), 65536),
-    "dataflash": Target(
-        "ArduPilot DataFlash", _log("any.log"), _small(small_logs.dataflash, "any.log"), 65536
+    "scenario": Target(
+        "scenario",
+        _reads("any.yaml", load_scenario, ScenarioError),
+        _files("scenarios/*.yaml"),
     ),
-    "tlog": Target(
-        "MAVLink telemetry", _log("any.tlog"), _small(small_logs.tlog, "any.tlog"), 65536
+    "parameters": Target(
+        "parameter file",
+        _reads("any.yaml", load_parameters, ParameterError),
+        _files("default.yaml", "paper.yaml"),
     ),
-    "ros1": Target("ROS 1 bag", _log("any.bag"), _small(small_logs.ros1, "any.bag"), 2**18),
-    "sqlite": Target(
-        "ROS 2 bag in sqlite3", _log("any/any.db3"), _small(small_logs.sqlite, "any"), 2**18
+    "label": Target("`label.json` of a flight", _reads(LABEL, _read_label, BagError), _label_seeds),
+    "ulog": _importer("PX4 ULog", "any.ulg", small_logs.ulog, 2**16),
+    "dataflash": _importer("ArduPilot DataFlash", "any.log", small_logs.dataflash, 2**16),
+    "tlog": _importer("MAVLink telemetry", "any.tlog", small_logs.tlog, 2**16),
+    "ros1": _importer("ROS 1 bag", "any.bag", small_logs.ros1, 2**18),
+    "sqlite": _importer("ROS 2 bag in sqlite3", "any/any.db3", small_logs.sqlite, 2**18),
+    "journal": Target(
+        "journal (SQLite)",
+        _reads("any.sqlite3", _read_journal, JournalError),
+        journal_seeds,
+        65536,
     ),
-    "journal": Target("journal (SQLite)", _journal, journal_seeds, 65536),
     "recorder": Target("journal, taken up by the recorder", _recorder, journal_seeds, 65536),
     "alert": Target("alert kept by the fusion", _survivor, _survivor_seeds),
 }

@@ -17,7 +17,7 @@ from pathlib import Path
 
 from hijack_detect.recording import schema
 from hijack_detect.recording.rows import Row
-from hijack_detect.recording.sqlite_file import READ_ERRORS, Transaction, is_damage
+from hijack_detect.recording.sqlite_file import ERRORS, Transaction, is_damage
 
 PAGE_BYTES = 4096
 LOG_BYTES = 8_000_000
@@ -82,7 +82,7 @@ class Journal:
             (application,) = run("PRAGMA application_id").fetchone()
             (version,) = run("PRAGMA user_version").fetchone()
             (tables,) = run("SELECT count(*) FROM sqlite_master").fetchone()
-        except READ_ERRORS as error:
+        except ERRORS as error:
             if not is_damage(error):
                 raise
             raise AlienFileError(f"{self.path}: is damaged or not a database") from error

@@ -18,14 +18,14 @@ from hijack_detect.recording.journal import (
 )
 from hijack_detect.recording.queue import RowQueue
 from hijack_detect.recording.rows import Row
-from hijack_detect.recording.sqlite_file import READ_ERRORS, files_of, is_damage
+from hijack_detect.recording.sqlite_file import ERRORS, files_of, is_damage
 
 RETRY_S = 3.0
 COMMIT_S = 0.4
 """A row waits at most so long for its commit,"""
 COMMIT_ROWS = 2000
 """and less if so many wait with it."""
-_ERRORS = (*READ_ERRORS, sqlite3.Error, OSError, JournalError)
+_ERRORS = (*ERRORS, OSError, JournalError)
 
 
 class JournalKeeper:

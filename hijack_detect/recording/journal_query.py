@@ -15,7 +15,7 @@ from urllib.parse import quote
 
 from hijack_detect.recording import schema
 from hijack_detect.recording.journal import JournalError
-from hijack_detect.recording.sqlite_file import READ_ERRORS, files_of
+from hijack_detect.recording.sqlite_file import ERRORS, files_of
 
 PAGE_ROWS = 5000
 """Rows read in one go. Between two reads the recorder can empty its log, which would grow without
@@ -103,7 +103,7 @@ class JournalReader:
     def _all(self, statement: str, values: tuple[Any, ...]) -> list[sqlite3.Row]:
         try:
             return self._database.execute(statement, values).fetchall()
-        except READ_ERRORS as error:
+        except ERRORS as error:
             raise JournalError(f"{self.path}: cannot be read ({error})") from error
 
 
@@ -120,7 +120,7 @@ def open_journal(given: Path) -> Iterator[JournalReader]:
     with tempfile.TemporaryDirectory() as copies:
         try:
             database = _connect(path, Path(copies))
-        except (*READ_ERRORS, sqlite3.Error, OSError) as error:
+        except (*ERRORS, OSError) as error:
             raise JournalError(f"{path}: cannot be read as a journal ({error})") from error
         with closing(database):
             database.row_factory = sqlite3.Row

@@ -7,8 +7,8 @@ import sqlite3
 from collections.abc import Iterator
 from pathlib import Path
 
-READ_ERRORS = (sqlite3.DatabaseError, UnicodeDecodeError)
-"""What reading a file raises; the latter where SQLite's words on the damage are none."""
+ERRORS = (sqlite3.Error, UnicodeDecodeError)
+"""What SQLite raises; the latter where its words on the damage are none."""
 
 
 class Transaction:
