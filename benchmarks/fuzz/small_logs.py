@@ -27,7 +27,8 @@ PX4 = {
     "float32[3] accelerometer_m_s2\n",
     "px4_msgs/msg/SensorGps": "uint64 timestamp\nfloat64 latitude_deg\nfloat64 longitude_deg\n"
     "float64 altitude_ellipsoid_m\nuint8 fix_type\nfloat32 eph\nfloat32 vel_n_m_s\n"
-    "float32 vel_e_m_s\nfloat32 vel_d_m_s\nbool vel_ned_valid\n",
+    "float32 vel_e_m_s\nfloat32 vel_d_m_s\nbool vel_ned_valid\n"
+    "uint8 satellites_used\n",
 }
 
 
@@ -203,7 +204,7 @@ def px4(path: Path) -> Path:
             data = store.serialize_cdr(combined(UTC_US + at, *vectors), next(iter(PX4)))
             writer.write(outlets[0], (UTC_US + at) * 1000, data)
         for at in ticks(GPS_HZ):
-            message = gps(UTC_US + at, *PLACE, 3, 1.5, *VELOCITY_NED, True)
+            message = gps(UTC_US + at, *PLACE, 3, 1.5, *VELOCITY_NED, True, 12)
             data = store.serialize_cdr(message, list(PX4)[1])
             writer.write(outlets[1], (UTC_US + at) * 1000, data)
     return path

@@ -9,14 +9,14 @@ from typing import Any
 from hijack_detect.logs.frames import enu
 from hijack_detect.logs.logged import Logged, fix_sample
 from hijack_detect.logs.units import FIX_3D
-from hijack_detect.streams.samples import VelocitySample
+from hijack_detect.streams.samples import SatelliteSample, VelocitySample
 
 IN_DEGREES = "latitude_deg"
 """A field of SensorGps; older ones have 1e-7 degrees and millimetres."""
 
 
 def gps(stamp_ns: int, field: Callable[[str], Any], *, in_degrees: bool) -> Iterator[Logged]:
-    """The fix of a SensorGps, and its velocity.
+    """The fix of a SensorGps, its velocity and its number of satellites.
 
     Args:
         stamp_ns: Stamp, nanoseconds.
@@ -35,3 +35,5 @@ def gps(stamp_ns: int, field: Callable[[str], Any], *, in_degrees: bool) -> Iter
     if has_fix and field("vel_ned_valid"):
         velocity = enu(*(float(field(f"vel_{axis}_m_s")) for axis in "ned"))
         yield Logged("velocity", stamp_ns, VelocitySample(stamp_ns, velocity))
+    count = int(field("satellites_used"))
+    yield Logged("satellites", stamp_ns, SatelliteSample(stamp_ns, count))

@@ -21,7 +21,6 @@ from hijack_detect.streams.samples import (
     ImuSample,
     MagneticSample,
     PressureSample,
-    SatelliteSample,
 )
 
 TOPICS = (
@@ -128,10 +127,7 @@ def _fixes(columns: Columns, stamp: Any) -> Iterator[Logged]:
     in_degrees = px4.IN_DEGREES in columns
     for at, microseconds in enumerate(columns["timestamp"]):
         row = {name: values[at] for name, values in columns.items()}
-        stamp_ns = stamp(microseconds)
-        yield from px4.gps(stamp_ns, row.__getitem__, in_degrees=in_degrees)
-        count = int(row["satellites_used"])
-        yield Logged("satellites", stamp_ns, SatelliteSample(stamp_ns, count))
+        yield from px4.gps(stamp(microseconds), row.__getitem__, in_degrees=in_degrees)
 
 
 def _mag(columns: Columns, stamp: Any) -> Iterator[Logged]:

@@ -3,17 +3,20 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import pytest
 
 from hijack_detect.evaluation.monitor.graph import Monitor
 from hijack_detect.evaluation.monitor.offline import outputs_of
 from hijack_detect.evaluation.monitor.policies import policy_parameters
+from hijack_detect.evaluation.trials.cases import flight_samples
 from hijack_detect.simulation.flight import generate_flight
 from hijack_detect.simulation.gps import velocity_there
 from hijack_detect.simulation.plan import FlightPlan, Place
 from hijack_detect.spoofing.scenario import parse_scenario
 from hijack_detect.spoofing.spoofer import Spoofer
-from hijack_detect.streams.samples import NANOSECONDS, Sample
+from hijack_detect.streams.samples import NANOSECONDS
 
 ONSET_S, WITHIN_S = 60.0, 5.0
 DRIFT = {
@@ -41,14 +44,16 @@ def test_a_place(place: tuple[float, float, float]) -> None:
     spoofer = Spoofer(
         parse_scenario({"segments": [{"start": ONSET_S, "model": DRIFT}]}), flight.imu[0].stamp_ns
     )
-    sent: list[tuple[str, Sample]] = [("imu", one) for one in flight.imu]
-    sent += [("mag", one) for one in flight.magnetics]
-    for fix, velocity in zip(flight.fixes, flight.velocities, strict=True):
-        sent.append(("fix", spoofer.fix(fix)))
-        sent.append(("velocity", spoofer.velocity(velocity_there(start, fix, velocity))))
-    sent.sort(key=lambda one: one[1].stamp_ns)
+    pairs = list(zip(flight.fixes, flight.velocities, strict=True))
+    attacked = dataclasses.replace(
+        flight,
+        fixes=[spoofer.fix(fix) for fix, _ in pairs],
+        velocities=[spoofer.velocity(velocity_there(start, *pair)) for pair in pairs],
+    )
     monitor = Monitor(policy_parameters("default"))
-    results = [output for part, output in outputs_of(sent, monitor) if part == "fusion"]
+    results = [
+        output for part, output in outputs_of(flight_samples(attacked), monitor) if part == "fusion"
+    ]
     first_ns = next(one.stamp_ns for one in results if one.alert)
     alert_s = (first_ns - flight.imu[0].stamp_ns) / NANOSECONDS
     assert ONSET_S < alert_s < ONSET_S + WITHIN_S
