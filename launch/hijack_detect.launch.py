@@ -7,7 +7,8 @@
 
 Arguments: `uav` namespace of the vehicle, `policy` default or paper, `params_file` a parameter
 file instead of the policy's, `composed` all nodes in one process, `mavros` takes the inputs from
-mavros' topics, `record` starts the recorder (journal and black box) too, `use_sim_time`.
+mavros' topics, `record` starts the recorder (journal and black box) too, in `record_folder`,
+`use_sim_time`.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from hijack_detect.bags.topics import OWN_TOPICS, PRESETS
 from hijack_detect.nodes import COMPOSED, MONITOR
 
 PACKAGE = "hijack_detect"
+RECORDER = "recorder"
 RESPAWN_S = 1.0
 """A node that has died is started again after this; an alert survives that."""
 ARGUMENTS = (
@@ -31,6 +33,7 @@ ARGUMENTS = (
     ("composed", "true", "All nodes in one process: less of a processor, and earlier alerts."),
     ("mavros", "false", "Take the inputs from the topics of mavros."),
     ("record", "false", "Keep a journal, and a bag around each alert, with the node recorder."),
+    ("record_folder", "", "Where it keeps them; empty for ~/.ros/hijack_detect/UAV."),
     ("use_sim_time", "false", "Use /clock, as a replay publishes it."),
 )
 
@@ -50,7 +53,8 @@ def nodes(context: LaunchContext) -> list[LaunchDescriptionEntity]:
 
     names = (COMPOSED,) if given("composed") == "true" else MONITOR
     if given("record") == "true":
-        names = (*names, "recorder")
+        names = (*names, RECORDER)
+    folder = given("record_folder") or f"~/.ros/hijack_detect/{given('uav')}".rstrip("/")
     own = PathJoinSubstitution([FindPackageShare(PACKAGE), "config", f"{given('policy')}.yaml"])
     return [
         Node(
@@ -59,6 +63,7 @@ def nodes(context: LaunchContext) -> list[LaunchDescriptionEntity]:
             name=None if name == COMPOSED else name,  # it would rename every node in it
             namespace=given("uav"),
             parameters=[
+                *([{"folder": folder}] if name == RECORDER else []),
                 given("params_file") or own,
                 {"use_sim_time": given("use_sim_time") == "true"},
             ],

@@ -17,6 +17,8 @@ from hijack_detect.evaluation.monitor.graph import MonitorParameters
 from hijack_detect.evaluation.scores.evaluate import run_case
 from hijack_detect.evaluation.trials.corpus import corpus_cases
 
+pytest.importorskip("upath", reason="the extra corpora is not installed")
+
 BAG = ROOT / "bags/curved_8"
 
 

@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+pytest.importorskip("mcap", reason="mcap is not installed")
+
 from benchmarks.fuzz.targets import TARGETS
 
 TRIES = {

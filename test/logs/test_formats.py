@@ -23,6 +23,9 @@ from hijack_detect.cli.analyze import EXIT_ALERT
 from hijack_detect.logs.formats import Converted, as_bag, convert, is_log
 from hijack_detect.logs.logged import ATTITUDE, Wanted
 
+pytest.importorskip("pymavlink", reason="the extra logs is not installed")
+pytest.importorskip("pyulog", reason="the extra logs is not installed")
+
 FORMATS: dict[str, tuple[Callable[[Path], Path], str]] = {
     "ulog": (small_logs.ulog, "flight.ulg"),
     "dataflash": (small_logs.dataflash, "flight.log"),

@@ -20,6 +20,9 @@ from hijack_detect.evaluation.monitor.policies import policy_parameters
 from hijack_detect.logs.formats import Converted, convert
 from hijack_detect.logs.logged import ATTITUDE
 
+pytest.importorskip("pymavlink", reason="the extra logs is not installed")
+pytest.importorskip("pyulog", reason="the extra logs is not installed")
+
 FLIGHTS = ROOT.parent / "shared/flights"
 LOGS = FLIGHTS / "logs"
 pytestmark = pytest.mark.skipif(not LOGS.is_dir(), reason=f"{LOGS} is not there")

@@ -11,7 +11,6 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-import jsonschema
 import pytest
 from live import SCENARIO, SECOND
 from ros import ROOT
@@ -34,6 +33,8 @@ from hijack_detect.evaluation.ground_truth.outcome import Attack
 from hijack_detect.evaluation.monitor.policies import policy_parameters
 from hijack_detect.spoofing.scenario import load_scenario
 from hijack_detect.streams.samples import FixSample, ImuSample, PressureSample
+
+jsonschema = pytest.importorskip("jsonschema", reason="jsonschema is not installed")
 
 SCHEMA = ROOT / "docs/analysis.schema.json"
 REMAKE = (

@@ -7,11 +7,11 @@ import math
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 from live import SCENARIO
-from playwright.sync_api import Browser, Page, sync_playwright
 from ros import ROOT
 from small_bags import START_NS, flight, raw, write
 
@@ -30,6 +30,9 @@ from hijack_detect.evaluation.analysis.report.series import (
 from hijack_detect.evaluation.monitor.policies import policy_parameters
 from hijack_detect.spoofing.scenario import Scenario, load_scenario
 from hijack_detect.streams.samples import FixSample
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 QUIET = (
@@ -72,7 +75,8 @@ def browser() -> Iterator[Browser]:
     program = next(filter(None, map(shutil.which, BROWSERS)), None)
     if program is None:
         pytest.skip(f"no browser to look at the page with: none of {', '.join(BROWSERS)}")
-    with sync_playwright() as playwright:
+    api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    with api.sync_playwright() as playwright:
         opened = playwright.chromium.launch(executable_path=program, args=list(QUIET))
         yield opened
         opened.close()

@@ -21,6 +21,9 @@ import pytest
 from hijack_detect.evaluation.scores.model import Model
 from hijack_detect.evaluation.trials.parallel import Failure, Pool, map_cases
 
+pytest.importorskip("distributed", reason="the extra analysis is not installed")
+pytest.importorskip("pyarrow", reason="the extra corpora is not installed")
+
 HERE = Path(__file__).parent
 START_S = 60.0
 
