@@ -41,7 +41,7 @@ SETS = [
     RecorderParameters,
     SpooferParameters,
 ]
-FREE_TEXT = ("folder", "model", "scenario")
+FREE_TEXT = ("folder", "further_detectors", "model", "scenario")
 
 
 @dataclass(frozen=True)

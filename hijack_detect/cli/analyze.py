@@ -11,12 +11,14 @@ import click
 
 from hijack_detect.cli.common import PATH, PLACE, BadInput, find_scenario, progress
 from hijack_detect.cli.convert import sensor_options
+from hijack_detect.cli.further import heard_too, load_detectors
 from hijack_detect.evaluation.monitor.policies import POLICIES, load_parameters, policy_parameters
 from hijack_detect.streams.samples import NANOSECONDS
 
 if TYPE_CHECKING:
     from hijack_detect.bags.reader import BagReader
     from hijack_detect.evaluation.analysis.analyse import Analysed
+    from hijack_detect.evaluation.monitor.graph import Baselines, MonitorParameters
     from hijack_detect.spoofing.scenario import Scenario
 
 EXIT_ALERT = 10
@@ -37,6 +39,13 @@ NO_ATTACK = "none"
 @click.option("--params", type=PATH, help="Parameter file to use in place of the policy.")
 @click.option("--json", "json_file", type=PATH, help="Write the analysis as JSON; - for stdout.")
 @click.option("--report", type=PATH, metavar="DIR", help="Write a page with figures into DIR.")
+@click.option(
+    "--detector",
+    "detectors",
+    multiple=True,
+    metavar="FILE.py:CLASS",
+    help="Run a detector of your own too; the fusion hears it. Can be given again.",
+)
 @sensor_options
 def analyze(
     bag: Path,
@@ -46,6 +55,7 @@ def analyze(
     params: Path | None,
     json_file: Path | None,
     report: Path | None,
+    detectors: tuple[str, ...],
     imu: int,
     gps: int,
 ) -> None:
@@ -69,12 +79,15 @@ def analyze(
         attack = None if scenario == NO_ATTACK else find_scenario(scenario, onset)
         if report is not None:
             report.mkdir(parents=True, exist_ok=True)
+        parameters = policy_parameters(policy) if params is None else load_parameters(params)
+        further = load_detectors(detectors)
+        parameters = heard_too(parameters, tuple(further))
         with as_bag(bag, Wanted(imu, gps)) as (given, converted):
             for line in () if converted is None else converted.notes.lines():
                 click.echo(line, err=True)
             made_from = None if converted is None else bag
             with BagReader(given, made_from=made_from) as reader:
-                done = _analysed(reader, attack, policy, params, report)
+                done = _analysed(reader, attack, parameters, further, report)
         text = done.analysis.model_dump_json(indent=2)
         if json_file is not None and json_file != STDOUT:
             json_file.write_text(text + "\n", encoding="utf-8")
@@ -94,8 +107,8 @@ def analyze(
 def _analysed(
     reader: BagReader,
     attack: Scenario | None,
-    policy: str,
-    params: Path | None,
+    parameters: MonitorParameters,
+    further: Baselines,
     report: Path | None,
 ) -> Analysed:
     """Run the analysis, and write the report if one is wanted."""
@@ -103,7 +116,6 @@ def _analysed(
     from hijack_detect.evaluation.analysis.report.recording import Recorder, recording  # noqa: PLC0415
     from hijack_detect.streams.samples import FixSample, Sample  # noqa: PLC0415
 
-    parameters = policy_parameters(policy) if params is None else load_parameters(params)
     recorder = None if report is None else Recorder()
     with progress(reader.path.name, reader.duration_s) as done_s:
 
@@ -114,7 +126,7 @@ def _analysed(
                 done_s((sample.stamp_ns - reader.start_ns) / NANOSECONDS)
 
         hear = None if recorder is None else recorder.hear
-        done = analyse(reader, parameters, attack, on_sample=take, on_output=hear)
+        done = analyse(reader, parameters, attack, further=further, on_sample=take, on_output=hear)
     if report is not None and recorder is not None:
         from hijack_detect.evaluation.analysis.report.page import write_page  # noqa: PLC0415
 

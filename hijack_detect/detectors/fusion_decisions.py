@@ -24,7 +24,7 @@ from hijack_detect.streams.samples import NANOSECONDS
 PUBLISHED = ("correlation", "date")
 """The detectors that policy `paper` asks: those of Feng 2018."""
 UNKNOWN = LikelihoodRatio(3.0, 0.7, -0.2, 3.0)
-"""Of a detector that nobody has calibrated: it can support an alert, and never give one."""
+"""Of a detector that nobody has calibrated: its alarm supports an alert and never makes one."""
 
 
 class Decision(Protocol):
@@ -98,8 +98,9 @@ class Calibrated:
 
     ln odds = ln prior odds + Σ ratios, each of the largest margin of the last `together_s`. Of
     detectors that share a source of error only one counts, and one that cannot tell says nothing.
-    An alert also needs an ALARM within that time, not one of SOFT; or odds so high that no detector
-    gives them alone (`certain_probability`). And it has to last for `debounce_s`.
+    An alert also needs an ALARM within that time, of a calibrated detector and not of SOFT; or odds
+    so high that no detector gives them alone (`certain_probability`). And it has to last for
+    `debounce_s`.
     """
 
     def __init__(self, parameters: FusionParameters) -> None:
@@ -120,7 +121,7 @@ class Calibrated:
         if verdict.state in JUDGED:
             peak = self._peaks.setdefault(verdict.detector, RecentPeak(self._kept_ns))
             peak.add(verdict)
-        if verdict.state is State.ALARM and verdict.detector not in SOFT:
+        if verdict.state is State.ALARM and verdict.detector in RATIOS.keys() - SOFT:
             self._alarmed_ns = verdict.stamp_ns
         if self.confidence(verdict.stamp_ns) < self._needed(verdict.stamp_ns):
             self._since_ns = None

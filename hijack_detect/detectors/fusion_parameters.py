@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from hijack_detect.parameters import Parameters, param
+from hijack_detect.parameters import ParameterError, Parameters, param
 
 
 @dataclass(frozen=True)
@@ -19,6 +19,13 @@ class FusionParameters(Parameters):
         "the faithful detectors. `any`: alert when any detector alarms. `default`: alert when the "
         "likelihood ratios of all detectors together make an attack probable enough.",
         choices=("paper", "any", "default"),
+    )
+    further_detectors: str = param(
+        "",
+        "Detectors of your own that are heard too: names with spaces between them, each of which "
+        "publishes NAME/verdict. One that is missing makes the monitor degraded. With policy "
+        "`default` they support an alert and never give one, since nobody has calibrated them; "
+        "with `any` their alarm is an alert; `paper` does not ask them.",
     )
     prior: float = param(
         0.1,
@@ -95,3 +102,18 @@ class FusionParameters(Parameters):
         low=0.0,
         high=3600.0,
     )
+
+    def __post_init__(self) -> None:
+        """See Parameters; names of detectors must be part of a topic's name."""
+        super().__post_init__()
+        for name in self.further:
+            if not name.isidentifier() or self.further.count(name) > 1:
+                raise ParameterError(
+                    "parameter 'further_detectors' must be different names of letters, digits and "
+                    f"underscores with spaces between them, got '{name}'"
+                )
+
+    @property
+    def further(self) -> tuple[str, ...]:
+        """The names in `further_detectors`."""
+        return tuple(self.further_detectors.split())

@@ -1,16 +1,17 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Fuses the detectors' verdicts into hijack_alert.
 
-Subscribes DETECTOR/verdict of every detector. Publishes hijack_alert (Bool, latched, reliable
-and transient local, repeated every second with a deadline and a sign of life), hijack_confidence
-(Float64, 0 to 1, NaN while a detector is missing), fusion/verdict (DiagnosticArray) and
-/diagnostics, which also tells of a second publisher of the alert or of a verdict. Service ~/reset
-(std_srvs/Trigger) takes the alert back.
+Subscribes DETECTOR/verdict of every detector, also of those that the parameter further_detectors
+names. Publishes hijack_alert (Bool, latched, reliable and transient local, repeated every second
+with a deadline and a sign of life), hijack_confidence (Float64, 0 to 1, NaN while a detector is
+missing), fusion/verdict (DiagnosticArray) and /diagnostics, which also tells of a second publisher
+of the alert or of a verdict. Service ~/reset (std_srvs/Trigger) takes the alert back.
 """
 
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
@@ -21,7 +22,7 @@ from std_srvs.srv import Trigger
 from hijack_detect.detectors.fusion import Fusion, FusionResult
 from hijack_detect.detectors.fusion_parameters import FusionParameters
 from hijack_detect.detectors.verdict import State
-from hijack_detect.evaluation.monitor.graph import DETECTORS
+from hijack_detect.evaluation.monitor.graph import heard
 from hijack_detect.nodes.messages import fusion_message, verdict_from
 from hijack_detect.nodes.outlet import Outlet
 from hijack_detect.nodes.publishers import PublisherWatch
@@ -43,20 +44,17 @@ class FusionNode(StageNode[FusionParameters]):
 
     def __init__(self, wiring: Wiring) -> None:
         """Subscribe and advertise; see StageNode."""
-        inputs = {
-            name: Input(f"{name}/verdict", DiagnosticArray, INTERNAL, verdict_from)
-            for name in DETECTORS
-        }
         super().__init__(
             "fusion",
             FusionParameters,
-            lambda parameters: Fusion(parameters, DETECTORS),
-            inputs,
+            lambda parameters: Fusion(parameters, heard(parameters)),
+            _inputs,
             wiring,
             read_only=True,
         )
+        self._detectors = heard(self.parameters)
         self._alert = self.create_publisher(Bool, ALERT_TOPIC, ALERT)
-        watched = (ALERT_TOPIC, *(given.topic for given in inputs.values()))
+        watched = (ALERT_TOPIC, *map(_topic, self._detectors))
         self._watch = PublisherWatch(self, self.diagnostics, watched)
         self._confidence = Outlet(self, Float64, "hijack_confidence", wiring.rate_hz)
         self._verdict = Outlet(self, DiagnosticArray, "fusion/verdict", wiring.rate_hz)
@@ -145,12 +143,23 @@ class FusionNode(StageNode[FusionParameters]):
         silent_s = time.monotonic() - self._heard_s
         if self._result is None or silent_s > self.parameters.stale_s:
             missing = self.silent(self.parameters.stale_s)
-            who = ", ".join(missing) if 0 < len(missing) < len(DETECTORS) else "any detector"
+            who = ", ".join(missing) if 0 < len(missing) < len(self._detectors) else "any detector"
             text = f"DEGRADED, nothing can be said for {silent_s:.0f} s: no verdict of {who}"
             values = {"state": State.STALE.value, "degraded": " ".join(missing)}
             self.diagnostics.tell(ALERT_SUBJECT, DiagnosticStatus.STALE, text, values)
         else:
             self.diagnostics.publish(ALERT_SUBJECT, fusion_message(self._result).status[0])
+
+
+def _topic(detector: str) -> str:
+    return f"{detector}/verdict"
+
+
+def _inputs(parameters: FusionParameters) -> Mapping[str, Input]:
+    return {
+        name: Input(_topic(name), DiagnosticArray, INTERNAL, verdict_from)
+        for name in heard(parameters)
+    }
 
 
 def _said(result: FusionResult) -> tuple[Any, ...]:

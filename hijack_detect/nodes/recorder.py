@@ -2,8 +2,9 @@
 """Keeps a journal of the flight, and a bag of what was around each alert.
 
 Subscribes the inputs imu/data_raw, gps/fix, gps/vel, mag, pressure and gps/satellites,
-DETECTOR/verdict of every detector, fusion/verdict, hijack_alert, and spoof_active where there is a
-ground truth. imu/data and gps/course are not recorded: they follow from the inputs.
+DETECTOR/verdict of every detector and of those that further_detectors names, fusion/verdict,
+hijack_alert, and spoof_active where there is a ground truth. imu/data and gps/course are not
+recorded: they follow from the inputs.
 Publishes ~/snapshot (String, latched: the path of the newest snapshot) and /diagnostics.
 
 Writes FOLDER/journal.sqlite3, read by `hijack-detect journal`, and FOLDER/snapshots/alert_TIME,
@@ -76,7 +77,7 @@ class RecorderNode(Node):
         for name, topic in OWN_TOPICS.items():
             decode = _decoder(TYPES[name]) if name in JOURNALED else None
             self._record(name, topic, TYPES[name], SENSOR, decode, stamped=name != "satellites")
-        for name in DETECTORS:
+        for name in (*DETECTORS, *parameters.further_detectors.split()):
             self._record(name, f"{name}/verdict", VERDICT, INTERNAL, _verdict)
         self._record(FUSION, f"{FUSION}/verdict", VERDICT, INTERNAL, _decoder(VERDICT))
         for name in FLAGS:

@@ -47,7 +47,7 @@ class StageNode(Node, Generic[P]):
         name: str,
         parameters: type[P],
         make: Callable[[P], Component],
-        inputs: Mapping[str, Input],
+        inputs: Mapping[str, Input] | Callable[[P], Mapping[str, Input]],
         wiring: Wiring,
         *,
         output: str = "",
@@ -59,7 +59,8 @@ class StageNode(Node, Generic[P]):
             name: Name of the node.
             parameters: Parameter dataclass.
             make: Makes the estimator or detector from its parameters.
-            inputs: Subscription of each input; the component says which inputs it has.
+            inputs: Subscription of each input; the component says which inputs it has. Or what
+                gives them for the parameters.
             wiring: What the inputs come from, and where the outputs go.
             output: Topic under which other nodes have the outputs as an input, if any does.
             read_only: Whether parameters cannot change while it runs. Otherwise a change makes
@@ -72,6 +73,7 @@ class StageNode(Node, Generic[P]):
         self._kind, self._make_component = parameters, make
         with naming(name):
             self._settings = declare(self, parameters, read_only=read_only)
+            inputs = inputs(self._settings) if callable(inputs) else inputs
         self.stage = Stage(lambda: self._make_component(self._settings))
         self.rejected: Counter[str] = Counter()
         self._received: Counter[str] = Counter()

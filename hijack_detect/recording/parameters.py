@@ -19,6 +19,10 @@ class RecorderParameters(Parameters):
         "Folder of the journal (journal.sqlite3) and of the snapshots (snapshots/). Each recorder "
         "needs a folder of its own: in a fleet on one machine give one for each vehicle.",
     )
+    further_detectors: str = param(
+        "",
+        "Detectors of your own whose verdicts are kept too: the same names as for `fusion`.",
+    )
     before_s: float = param(
         60.0,
         "A snapshot begins this long before the alert, on header stamps.",

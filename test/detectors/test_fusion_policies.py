@@ -11,6 +11,7 @@ from hijack_detect.detectors.fusion import Fusion, FusionResult
 from hijack_detect.detectors.fusion_parameters import FusionParameters
 from hijack_detect.detectors.likelihood import RATIOS, RecentPeak, odds, probability, together
 from hijack_detect.detectors.verdict import State, Verdict
+from hijack_detect.evaluation.monitor.graph import heard
 from hijack_detect.parameters import ParameterError
 
 SECOND = 10**9
@@ -370,3 +371,41 @@ def test_a_soft_alarm_supports_an_alert_and_never_makes_one() -> None:
     results = feed(calm, *said)
     assert not any(one.alert for one in results)
     assert feed(calm, *[verdict("date", 4.4 + 0.1 * k, State.ALARM) for k in range(5)])[-1].alert
+
+
+def with_further(**parameters: float | str) -> Fusion:
+    chosen = FusionParameters.from_mapping({"further_detectors": "own", **parameters})
+    return Fusion(chosen, (*NAMES, *chosen.further))
+
+
+def test_a_further_detector_supports_an_alert_and_never_makes_one() -> None:
+    one = with_further(alarm_probability=0.5)
+    said = [verdict("own", 1 + 0.1 * k, State.ALARM, 50.0) for k in range(40)]
+    results = feed(one, *said)
+    assert not any(result.alert for result in results)
+    assert results[-1].state is State.SUSPICIOUS
+    near = RATIOS["date"].neutral * 1.2
+    assert not feed(one, *[verdict("date", 5.0 + 0.1 * k, State.NORMAL, near) for k in range(5)])[
+        -1
+    ].alert
+    (*_, last) = feed(one, *[verdict("date", 5.6 + 0.1 * k, State.ALARM) for k in range(5)])
+    assert last.causes == ("date", "own")
+
+
+def test_a_further_detector_that_is_missing_degrades_the_monitor() -> None:
+    one = with_further()
+    results = feed(one, *[v for t in range(6) for v in both(t, State.NORMAL, State.NORMAL)])
+    assert results[-1].lost == ("own",)
+    assert results[-1].state is State.STALE
+
+
+@pytest.mark.parametrize("names", ["a/b", "own own", "1st", "with-dash"])
+def test_names_that_no_topic_can_have_are_refused(names: str) -> None:
+    with pytest.raises(ParameterError, match="further_detectors"):
+        FusionParameters(further_detectors=names)
+
+
+@pytest.mark.parametrize("name", ["coast", "fusion"])
+def test_a_name_of_our_own_is_refused(name: str) -> None:
+    with pytest.raises(ParameterError, match=f"'{name}'"):
+        heard(FusionParameters(further_detectors=name))

@@ -24,7 +24,7 @@ from hijack_detect.evaluation.analysis.analysis import (
 from hijack_detect.evaluation.analysis.sentence import sentence
 from hijack_detect.evaluation.ground_truth.outcome import Attack
 from hijack_detect.evaluation.ground_truth.truth import Source, known_attack, truth_track
-from hijack_detect.evaluation.monitor.graph import Monitor, MonitorParameters
+from hijack_detect.evaluation.monitor.graph import Baselines, Monitor, MonitorParameters
 from hijack_detect.evaluation.monitor.offline import FlightNotes, outputs_of, spoofed_samples
 from hijack_detect.spoofing.scenario import Scenario
 from hijack_detect.streams.samples import NANOSECONDS, Sample
@@ -62,6 +62,7 @@ def analyse(
     parameters: MonitorParameters,
     scenario: Scenario | None = None,
     *,
+    further: Baselines | None = None,
     on_sample: Callable[[Sample], None] | None = None,
     on_output: Callable[[str, Any], None] | None = None,
 ) -> Analysed:
@@ -71,6 +72,7 @@ def analyse(
         reader: The bag.
         parameters: Parameters of the monitor.
         scenario: An attack to inject, if any.
+        further: Further detectors, see `Monitor`.
         on_sample: Called with every sample.
         on_output: Called with part and output of everything that any part puts out: verdicts
             are not kept, for no flight is too long to be analysed.
@@ -81,7 +83,7 @@ def analyse(
     """
     attack, source = known_attack(reader, scenario)
     truth = truth_track(reader) if scenario is None else None
-    flight, monitor = FlightNotes(reader.start_ns), Monitor(parameters)
+    flight, monitor = FlightNotes(reader.start_ns), Monitor(parameters, further)
     stale_ns = round(parameters.fusion.stale_s * NANOSECONDS)
     account = Account(monitor.detectors, reader.start_ns, stale_ns)
     samples = spoofed_samples(reader, scenario, flight, truth=truth)

@@ -30,6 +30,7 @@ from hijack_detect.estimation.attitude import AttitudeEstimator
 from hijack_detect.estimation.attitude_parameters import AttitudeParameters
 from hijack_detect.estimation.course import CourseEstimator, CourseParameters
 from hijack_detect.evaluation.monitor.stage import Component, Stage
+from hijack_detect.parameters import ParameterError
 
 DETECTORS = ("correlation", "date", "kld", "coast", "gnss", "altitude", "heading", "drag")
 
@@ -55,6 +56,20 @@ Baselines: TypeAlias = Mapping[str, Callable[[], Component]]
 """Makers of further detectors by name."""
 
 
+def heard(parameters: FusionParameters) -> tuple[str, ...]:
+    """The detectors that the fusion hears: ours, and the further ones of its parameters.
+
+    Raises:
+        ParameterError: A further one has the name of one of ours.
+    """
+    taken = {*DETECTORS, Fusion.NAME} & {*parameters.further}
+    if taken:
+        raise ParameterError(
+            f"parameter 'further_detectors' has '{min(taken)}', which is a name of our own"
+        )
+    return (*DETECTORS, *parameters.further)
+
+
 class Monitor:
     """Feeds samples through attitude, course, detectors and fusion.
 
@@ -71,7 +86,10 @@ class Monitor:
 
         Args:
             parameters: Parameters of every part.
-            baselines: Detectors to compare with, which fusion does not hear.
+            baselines: Further detectors. Fusion hears those that its parameters name.
+
+        Raises:
+            ParameterError: See `heard`.
         """
         p = parameters
         self.detectors = (*DETECTORS, *(baselines or {}))
@@ -86,7 +104,7 @@ class Monitor:
             "altitude": Stage(lambda: AltitudeDetector(p.altitude)),
             "heading": Stage(lambda: HeadingDetector(p.heading)),
             "drag": Stage(lambda: DragDetector(p.drag)),
-            "fusion": Stage(lambda: Fusion(p.fusion, DETECTORS)),
+            "fusion": Stage(lambda: Fusion(p.fusion, heard(p.fusion))),
             **{name: Stage(make) for name, make in (baselines or {}).items()},
         }
         self._hearers: dict[str, list[tuple[str, Stage]]] = defaultdict(list)
