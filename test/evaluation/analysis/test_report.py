@@ -4,14 +4,13 @@
 from __future__ import annotations
 
 import math
-import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 from live import SCENARIO
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Browser, Page
 from ros import ROOT
 from small_bags import START_NS, flight, raw, write
 
@@ -31,16 +30,6 @@ from hijack_detect.evaluation.monitor.policies import policy_parameters
 from hijack_detect.spoofing.scenario import Scenario, load_scenario
 from hijack_detect.streams.samples import FixSample
 
-BROWSERS = ("chromium", "chromium-browser", "google-chrome")
-QUIET = (
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-)
 PLOTS = ("track", "states", "margins", "deviation", "angles", "rho", "difference", "acceleration",
          "coast", "checks", "altitude", "heading", "drag", "speed", "interval",
          "satellites")  # fmt: skip
@@ -65,17 +54,6 @@ def report(bag: Path, folder: Path, scenario: Scenario | None = None) -> tuple[P
 def spoofed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Analysed]:
     folder = tmp_path_factory.mktemp("report")
     return report(ROOT / "bags/curved_8", folder, load_scenario(SCENARIO))
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    program = next(filter(None, map(shutil.which, BROWSERS)), None)
-    if program is None:
-        pytest.skip(f"no browser to look at the page with: none of {', '.join(BROWSERS)}")
-    with sync_playwright() as playwright:
-        opened = playwright.chromium.launch(executable_path=program, args=list(QUIET))
-        yield opened
-        opened.close()
 
 
 @pytest.fixture
