@@ -47,8 +47,8 @@ def run_live(host: str, port: int, namespace: str, *, mavros: bool, opens: bool)
         executor.add_node(node)
         server.start()
         _announce(server, node)
-        if opens:
-            webbrowser.open(server.url)
+        if opens and not webbrowser.open(server.url):
+            click.echo("no browser could be opened here", err=True)
         ended: list[int] = []
         signal.signal(signal.SIGTERM, lambda number, _: ended.append(number))
         try:

@@ -32,11 +32,14 @@ def fused_from(message: Any) -> Fused:
     values = {pair.key: pair.value for pair in status.values}
     try:
         since = values["alert_since_ns"]
+        since_ns = int(since) if since else None
+        if since_ns is not None and not 0 <= since_ns < 2**63:
+            raise BadMessage(f"the verdict of the fusion has alert_since_ns {since}")
         return Fused(
             header_stamp_ns(message),
             State(values["state"]),
             values["alert"] == "true",
-            int(since) if since else None,
+            since_ns,
             tuple(values["degraded"].split()),
             status.message,
         )

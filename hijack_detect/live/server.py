@@ -46,7 +46,8 @@ class Server:
         except OSError as error:
             raise ServerError(_advice(host, port, error.errno or 0)) from error
         self._socket.setblocking(False)
-        shown = f"[{host}]" if ":" in host else host
+        everywhere = host in ("0.0.0.0", "::")
+        shown = socket.gethostname() if everywhere else f"[{host}]" if ":" in host else host
         self.url = f"http://{shown}:{self._socket.getsockname()[1]}/"
         self._picture = picture
         self._loop: asyncio.AbstractEventLoop | None = None

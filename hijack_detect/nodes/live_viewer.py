@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -28,6 +29,8 @@ NEWEST = QoSProfile(
 )
 """A viewer may miss a message, and must not make a publisher wait for it."""
 LOG_EVERY_S = 10.0
+LONGEST = 200
+"""Characters of a reason; what is heard may be anything."""
 
 
 class LiveViewer(Node):
@@ -53,6 +56,7 @@ class LiveViewer(Node):
             parameter_overrides=[Parameter("start_type_description_service", value=False)],
         )
         self._picture = picture
+        self._logged_at: dict[str, float] = {}
         self.fix_topic = (PRESETS["mavros"].fix if mavros else OWN_TOPICS["fix"]).lstrip("/")
         self._hear(NavSatFix, self.fix_topic, lambda message: picture.hear_fix(fix_sample(message)))
         for name in DETECTORS:
@@ -71,10 +75,17 @@ class LiveViewer(Node):
             try:
                 take(message)
             except BadMessage as error:
-                text = f"{self.resolve_topic_name(topic)}: message left out: {error}"
-                self.get_logger().warning(text, throttle_duration_sec=LOG_EVERY_S)
+                self._refuse(topic, str(error)[:LONGEST])
 
         self.create_subscription(kind, topic, heard, qos)
+
+    def _refuse(self, topic: str, why: str) -> None:
+        """Tell of a message that cannot be read, on the page and now and then in the log."""
+        name, now = self.resolve_topic_name(topic), time.monotonic()
+        self._picture.hear_complaint(name, f"message left out: {why}")
+        if now - self._logged_at.get(name, -LOG_EVERY_S) >= LOG_EVERY_S:
+            self._logged_at[name] = now
+            self.get_logger().warning(f"{name}: message left out: {why}")
 
     def _verdict(self, name: str, message: DiagnosticArray) -> None:
         self._picture.hear_verdict(name, verdict_from(message))
