@@ -84,8 +84,8 @@ def test_an_attack_is_seen_from_the_first_alarm_to_the_end_of_the_monitor(
     policy = ("--params-file", str(ROOT / "config/default.yaml"), "--params-file", REPLAYED)
     monitor = graph.start("all", *policy)
     viewer, url = started(graph)
-    given = {"bag": BAG, "scenario": SCENARIO, "rate": 6.0, "wait_for": "fusion monitor live"}
-    graph.start("bag_replay", parameters=given)
+    given = {"bag": BAG, "scenario": SCENARIO, "rate": 6.0, "start_s": 18.0}
+    graph.start("bag_replay", parameters={**given, "wait_for": "fusion monitor live"})
     page.goto(url)
     word = page.locator("#word")
     expect(word).to_have_text("normal", timeout=20_000)
@@ -94,14 +94,14 @@ def test_an_attack_is_seen_from_the_first_alarm_to_the_end_of_the_monitor(
     assert page.evaluate(COAST_ABOVE_THE_LIMIT) == 0
     expect(word).to_have_text("normal")
     expect(word).to_have_text("alarm", timeout=30_000)
-    expect(page.locator("#since")).to_contain_text("1:0")
+    expect(page.locator("#since")).to_contain_text("0:4")
     expect(page.locator("#why")).to_contain_text("coast")
     graph.spin_until(lambda: page.evaluate(COAST_ABOVE_THE_LIMIT) > 20, "the curve of coast")
 
     late = history(url)
-    assert len(late["track"]) > 200
+    assert len(late["track"]) > 100
     assert max(value for _, value in late["margins"]["coast"] if value is not None) > 1.0
-    assert len(late["margins"]) == 8
+    assert {"correlation", "date", "coast", "gnss", "heading"} <= set(late["margins"])
     for method in ("POST", "PUT", "DELETE"):
         client = http.client.HTTPConnection(urlsplit(url).netloc, timeout=5.0)
         client.request(method, "/events", "x")
