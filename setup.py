@@ -60,7 +60,7 @@ setup(
     maintainer="hijack_detect maintainers",
     maintainer_email="maintainers@example.org",
     packages=find_packages(include=[NAME, f"{NAME}.*"]),
-    package_data={NAME: ["py.typed"]},
+    package_data={NAME: ["py.typed", "live/page/*"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (f"share/{NAME}", ["package.xml"]),
@@ -101,6 +101,8 @@ setup(
         ],
         # Beyond that: results kept as Parquet, and bags at URLs.
         "corpora": ["pyarrow>=15", "universal_pathlib>=0.2.3"],
+        # The web page of a running monitor.
+        "live": ["tornado>=6.4"],
         # Logs of PX4 and ArduPilot.
         "logs": ["pymavlink>=2.4.40", "pyulog>=1.0"],
         # colcon test looks for this name.

@@ -23,9 +23,18 @@ from hijack_detect.nodes import COMPOSED, MONITOR, NODES
 ROOT = Path(__file__).parents[1]
 DOMAIN = 94
 MANAGER = "mission_manager"
+VIEWER = "live"
 ABSOLUTE = ("/rosout", "/parameter_events", "/diagnostics")
 """Topics that no namespace moves."""
-ARGUMENTS = {"bag_replay": ("-p", f"bag:={ROOT / 'bags/curved_8'}")}
+PROGRAMS = {
+    MANAGER: ["examples/mission_manager.py"],
+    VIEWER: ["-m", "hijack_detect.cli.main", "live", "--port", "0"],
+    "bag_replay": [
+        *("-m", "hijack_detect.nodes.bag_replay"),
+        *("--ros-args", "-p", f"bag:={ROOT / 'bags/curved_8'}"),
+    ],
+}
+"""What is not started as a node without arguments."""
 READY_S, SETTLE_S = 30.0, 3.0
 Rights = Mapping[tuple[str, str], Sequence[str]]
 """Names by what they are (topics, services) and what may be done (publish, reply and so on)."""
@@ -76,9 +85,8 @@ def policy(enclave: str, profiles: Mapping[str, Rights]) -> str:
 
 def run(name: str) -> dict[str, Rights]:
     """Start a process and look at its nodes."""
-    program = ["-m", f"hijack_detect.nodes.{name}"] if name in NODES else [f"examples/{name}.py"]
-    options = ["--ros-args", *ARGUMENTS.get(name, ())]
-    process = subprocess.Popen([sys.executable, *program, *options], cwd=ROOT)
+    program = PROGRAMS.get(name, ["-m", f"hijack_detect.nodes.{name}"])
+    process = subprocess.Popen([sys.executable, *program], cwd=ROOT)
     wanted = ("monitor", *MONITOR) if name == COMPOSED else (name,)
     observer = Node("observer")
     try:
@@ -102,7 +110,7 @@ def main(folder: Path) -> None:
     os.environ.update(ROS_AUTOMATIC_DISCOVERY_RANGE="LOCALHOST", ROS_DOMAIN_ID=str(DOMAIN))
     folder.mkdir(parents=True, exist_ok=True)
     rclpy.init()
-    for name in (*NODES, MANAGER):
+    for name in (*NODES, MANAGER, VIEWER):
         (folder / f"{name}.policy.xml").write_text(policy(name, run(name)), encoding="utf-8")
     rclpy.shutdown()
 

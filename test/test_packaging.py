@@ -165,6 +165,13 @@ def test_launch_config_and_bags_are_shared(installed: Installed) -> None:
             assert (share / top / name).read_bytes() == (ROOT / top / name).read_bytes()
 
 
+def test_the_live_page_is_in_the_package(installed: Installed) -> None:
+    wanted = files_below(ROOT / "hijack_detect/live/page")
+    assert "index.html" in wanted
+    (page,) = installed.prefix.glob("lib/python3.*/site-packages/hijack_detect/live/page")
+    assert files_below(page) == wanted
+
+
 @pytest.mark.parametrize("program", ["bag_replay", "hijack-detect"])
 def test_program_runs_from_lib(installed: Installed, program: str) -> None:
     assert "usage" in installed.run(program, "--help").lower()
@@ -197,7 +204,7 @@ def test_locks_are_pinned_and_hashed(name: str) -> None:
 
 def test_locks_hold_what_the_package_requires(metadata: importlib.metadata.Distribution) -> None:
     locked = {line.split("==")[0] for name in LOCKS for line in requirement_lines(name)}
-    extras = ("test", "wheels", "analysis")
+    extras = ("test", "wheels", "analysis", "live")
     assert set().union(*(required(metadata, extra) for extra in extras)) <= locked
 
 
@@ -210,7 +217,7 @@ def test_locks_hold_what_the_locked_packages_require() -> None:
 
 def test_imported_packages_are_declared(metadata: importlib.metadata.Distribution) -> None:
     declared = {element.text for element in ET.parse(ROOT / "package.xml").iter("exec_depend")}
-    for extra in ("analysis", "corpora", "logs"):
+    for extra in ("analysis", "corpora", "live", "logs"):
         declared |= required(metadata, extra)
     for name in sorted(imported()):
         assert DISTRIBUTIONS.get(name, name) in declared, f"{name} is imported and not declared"

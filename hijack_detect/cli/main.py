@@ -17,6 +17,7 @@ from hijack_detect.cli.environment import add_own_prefix
 from hijack_detect.cli.evaluate import evaluate
 from hijack_detect.cli.inject import inject
 from hijack_detect.cli.journal import journal
+from hijack_detect.cli.live import live
 from hijack_detect.cli.simulate import simulate
 from hijack_detect.cli.sweep import sweep
 from hijack_detect.cli.tune import tune
@@ -26,6 +27,7 @@ from hijack_detect.evaluation.monitor.policies import BESIDE, POLICIES
 EXTRAS = {
     **dict.fromkeys(("matplotlib", "plotly", "scipy"), "analysis"),
     **dict.fromkeys(("pymavlink", "pyulog"), "logs"),
+    "tornado": "live",
 }
 """Libraries that only some commands import, and the extra that has them."""
 
@@ -116,6 +118,7 @@ main.add_command(convert)
 main.add_command(evaluate)
 main.add_command(inject)
 main.add_command(journal)
+main.add_command(live)
 main.add_command(simulate)
 main.add_command(sweep)
 main.add_command(tune)

@@ -2,9 +2,10 @@
 """Inertial consistency: an acceleration of the GPS that the IMU did not feel.
 
 Subscribes imu/data_raw, gps/fix, gps/vel (ENU) and mag; the last two may be absent. Publishes
-coast/verdict (DiagnosticArray), coast/hijacked (Bool), and as Float64 coast/score and
-coast/threshold (standard deviations), coast/acceleration (m/s^2), coast/direction (rad,
-counter-clockwise from East) and coast/smallest_visible (m/s^2: what it could see now).
+coast/verdict (DiagnosticArray), coast/hijacked (Bool), coast/margin (score over threshold,
+Float64), and as Float64 coast/score and coast/threshold (standard deviations), coast/acceleration
+(m/s^2), coast/direction (rad, counter-clockwise from East) and coast/smallest_visible (m/s^2: what
+it could see now).
 """
 
 from __future__ import annotations

@@ -2,8 +2,9 @@
 """Yaw against GPS course: Feng et al. 2018, Algorithms 1 and 2.
 
 Subscribes imu/data and gps/course. Publishes correlation/verdict (DiagnosticArray),
-correlation/hijacked (Bool), correlation/coefficient (rho, Float64) and
-correlation/mean_difference (mean course minus mean yaw, rad, Float64).
+correlation/hijacked (Bool), correlation/margin (score over threshold, Float64),
+correlation/coefficient (rho, Float64) and correlation/mean_difference (mean course minus mean yaw,
+rad, Float64).
 """
 
 from __future__ import annotations

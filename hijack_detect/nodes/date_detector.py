@@ -2,7 +2,8 @@
 """GPS acceleration against the accelerometer: the DATE method of Feng et al. 2018, section 3.4.
 
 Subscribes imu/data, gps/fix and gps/vel (ENU). Publishes date/verdict (DiagnosticArray),
-date/hijacked (Bool), date/delta_ax and date/delta_ay (body forward and left, m/s^2, Float64).
+date/hijacked (Bool), date/margin (score over threshold, Float64), date/delta_ax and date/delta_ay
+(body forward and left, m/s^2, Float64).
 """
 
 from __future__ import annotations

@@ -17,9 +17,12 @@ from hijack_detect.nodes.outlet import Outlet
 from hijack_detect.nodes.stage_node import P, StageNode
 from hijack_detect.nodes.wiring import Input, Wiring
 
+MARGIN = "margin"
+"""The figure that every detector has: score over threshold, so that all fit on one plot."""
+
 
 class DetectorNode(StageNode[P]):
-    """Publishes each verdict as NAME/verdict, NAME/hijacked and one Float64 per figure."""
+    """Publishes each verdict: NAME/verdict, NAME/hijacked, and Float64 for margin and figures."""
 
     def __init__(
         self,
@@ -41,7 +44,7 @@ class DetectorNode(StageNode[P]):
             inputs: Subscription of each input.
             wiring: See StageNode.
             figures: Values of the verdict, its `score` or its `threshold`, that are published
-                as NAME/FIGURE.
+                as NAME/FIGURE beside NAME/margin.
             node_name: Name of the node, default NAME_detector.
         """
         verdict = f"{name}/verdict"
@@ -51,7 +54,8 @@ class DetectorNode(StageNode[P]):
         self._verdict = Outlet(self, DiagnosticArray, verdict, wiring.rate_hz)
         self._hijacked = Outlet(self, Bool, f"{name}/hijacked", wiring.rate_hz)
         self._figures = {
-            figure: Outlet(self, Float64, f"{name}/{figure}", wiring.rate_hz) for figure in figures
+            figure: Outlet(self, Float64, f"{name}/{figure}", wiring.rate_hz)
+            for figure in (MARGIN, *figures)
         }
         self._state: State | None = None
 
@@ -68,5 +72,6 @@ class DetectorNode(StageNode[P]):
 
 
 def _figure(output: Verdict, name: str) -> Float64:
-    values = {**output.values, "score": output.score, "threshold": output.threshold}
+    own = {"score": output.score, "threshold": output.threshold, MARGIN: output.margin}
+    values = {**output.values, **own}
     return Float64(data=values.get(name, math.nan))

@@ -2,7 +2,8 @@
 """Drag as an airspeed sensor: a GPS velocity that needs a wind no atmosphere makes.
 
 Subscribes imu/data, gps/fix and gps/vel (ENU). Publishes drag/verdict (DiagnosticArray),
-drag/hijacked (Bool) and drag/wind_change (m/s, Float64).
+drag/hijacked (Bool), drag/margin (score over threshold, Float64) and drag/wind_change (m/s,
+Float64).
 """
 
 from __future__ import annotations

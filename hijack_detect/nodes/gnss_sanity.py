@@ -2,10 +2,11 @@
 """Consistency of the GPS stream with itself: jumps, freezes, impossible motion, stamps.
 
 Subscribes gps/fix, gps/vel (ENU) and gps/satellites (UInt32); the last two may be absent.
-Publishes gnss/verdict (DiagnosticArray, with the margin of every check), gnss/hijacked (Bool), and
-the margins gnss/jump, gnss/freeze, gnss/velocity_mismatch and gnss/velocity_mismatch_limit (part
-of the full limits in force) as Float64. More than one publisher on gps/fix is told on
-/diagnostics; the verdict depends on stamped messages alone and looks for what two streams do.
+Publishes gnss/verdict (DiagnosticArray, with the margin of every check), gnss/hijacked (Bool),
+gnss/margin (score over threshold, Float64), and the margins gnss/jump, gnss/freeze,
+gnss/velocity_mismatch and gnss/velocity_mismatch_limit (part of the full limits in force) as
+Float64. More than one publisher on gps/fix is told on /diagnostics; the verdict depends on stamped
+messages alone and looks for what two streams do.
 """
 
 from __future__ import annotations

@@ -2,8 +2,9 @@
 """Headings of gyroscope, compass and GPS against each other: yaw without trust in the GPS.
 
 Subscribes imu/data_raw, mag (may be absent), gps/fix, gps/vel (ENU) and imu/data. Publishes
-heading/verdict (DiagnosticArray, which names the heading that disagrees), heading/hijacked (Bool)
-and heading/difference (estimator minus compass, rad, Float64).
+heading/verdict (DiagnosticArray, which names the heading that disagrees), heading/hijacked (Bool),
+heading/margin (score over threshold, Float64) and heading/difference (estimator minus compass,
+rad, Float64).
 """
 
 from __future__ import annotations

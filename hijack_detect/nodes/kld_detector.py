@@ -3,9 +3,9 @@
 
 Subscribes gps/fix, gps/vel (ENU) and gps/satellites (UInt32); the last two may be absent.
 Publishes kld/verdict (DiagnosticArray, with the two divergences of every parameter), kld/hijacked
-(Bool), kld/divergence (of the parameter that decides, nats, Float64) and kld/code (UInt8: 111
-attack, 110 no attack, nothing while it cannot tell). Service ~/reset (std_srvs/Trigger) takes a
-kept alarm back.
+(Bool), kld/margin (score over threshold, Float64), kld/divergence (of the parameter that decides,
+nats, Float64) and kld/code (UInt8: 111 attack, 110 no attack, nothing while it cannot tell).
+Service ~/reset (std_srvs/Trigger) takes a kept alarm back.
 """
 
 from __future__ import annotations

@@ -6,4 +6,5 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from ros import domain  # noqa: F401
+from browser import browser  # noqa: F401
+from ros import domain, graph  # noqa: F401

@@ -9,6 +9,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
+from browser import browser  # noqa: F401
 from ros import domain, graph  # noqa: F401
 from small_bags import bag, scenario, stand_in  # noqa: F401
 

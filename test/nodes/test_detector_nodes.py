@@ -35,7 +35,9 @@ NODE_NAMES = {"gnss": "gnss_sanity"}
 def test_every_verdict_has_its_flag_and_figures(graph: Graph, detector: str) -> None:
     fed = Fed(graph, NODE_NAMES.get(detector, f"{detector}_detector"))
     hijacked = graph.listen(Bool, f"{detector}/hijacked")
-    figures = {name: graph.listen(Float64, f"{detector}/{name}") for name in FIGURES[detector]}
+    figures = {
+        name: graph.listen(Float64, f"{detector}/{name}") for name in ("margin", *FIGURES[detector])
+    }
     topics = [f"/{detector}/{name}" for name in ("hijacked", *figures)]
     graph.spin_until(lambda: all(map(graph.node.count_publishers, topics)), "the topics")
     fed.good(30)
@@ -48,7 +50,7 @@ def test_every_verdict_has_its_flag_and_figures(graph: Graph, detector: str) -> 
         told = [float(values_of(one).get(name, math.nan)) for one in verdicts]
         heard = [one.data for one in listener.messages]
         assert [repr(one) for one in heard] == [repr(one) for one in told]
-        assert math.isnan(heard[0]) or name in ("score", "threshold")
+        assert math.isnan(heard[0]) or name in ("margin", "score", "threshold")
     assert values_of(verdicts[0])["state"] in ("not_ready", "not_observable")
     assert fed.process.interrupt() == 0
 

@@ -101,8 +101,9 @@ def test_the_policies_allow_what_the_running_nodes_have_and_no_more(graph: Graph
     paused = {"bag": ROOT / "bags/curved_8", "start_paused": True}
     processes.append(graph.start("bag_replay", parameters=paused))
     processes.append(graph.run("examples.mission_manager", "--ros-args"))
+    processes.append(graph.run("hijack_detect.cli.main", "live", "--port", "0"))
     processes.append(graph.start(COMPOSED, "-r", f"__ns:={space}"))
-    alone = (*MONITOR, "recorder", "gps_spoofer", "bag_replay", "mission_manager")
+    alone = (*MONITOR, "recorder", "gps_spoofer", "bag_replay", "mission_manager", "live")
     wanted: dict[tuple[str, str], set[Right]] = {}
     for name in alone:
         for node, right in allowed(name, ""):
@@ -127,9 +128,9 @@ def test_the_policies_allow_what_the_running_nodes_have_and_no_more(graph: Graph
     assert all(process.returncode is None for process in processes)
 
 
-def test_every_node_has_a_policy_and_the_mission_manager_of_the_examples_too() -> None:
+def test_every_node_has_a_policy_and_mission_manager_and_live_page_too() -> None:
     names = {path.name.removesuffix(".policy.xml") for path in POLICIES.iterdir()}
-    assert names == {*NODES, "mission_manager"}
+    assert names == {*NODES, "mission_manager", "live"}
     rights = {right for _, right in allowed("mission_manager", "")}
     assert ("topic", "subscribe", "/hijack_alert") in rights
     assert ("service", "request", "/fusion/reset") in rights

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import math
-import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -34,16 +33,6 @@ from hijack_detect.streams.samples import FixSample
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
-BROWSERS = ("chromium", "chromium-browser", "google-chrome")
-QUIET = (
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-)
 PLOTS = ("track", "states", "margins", "deviation", "angles", "rho", "difference", "acceleration",
          "coast", "checks", "altitude", "heading", "drag", "speed", "interval",
          "satellites")  # fmt: skip
@@ -68,18 +57,6 @@ def report(bag: Path, folder: Path, scenario: Scenario | None = None) -> tuple[P
 def spoofed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Analysed]:
     folder = tmp_path_factory.mktemp("report")
     return report(ROOT / "bags/curved_8", folder, load_scenario(SCENARIO))
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    program = next(filter(None, map(shutil.which, BROWSERS)), None)
-    if program is None:
-        pytest.skip(f"no browser to look at the page with: none of {', '.join(BROWSERS)}")
-    api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    with api.sync_playwright() as playwright:
-        opened = playwright.chromium.launch(executable_path=program, args=list(QUIET))
-        yield opened
-        opened.close()
 
 
 @pytest.fixture

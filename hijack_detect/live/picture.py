@@ -1,0 +1,252 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
+"""Everything that the page shows, in bounded memory."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from hijack_detect.detectors.verdict import Verdict
+from hijack_detect.estimation.geodesy import LocalFrame
+from hijack_detect.live.banner import JUDGING, Heard, said, sentence, word
+from hijack_detect.live.fused import Fused
+from hijack_detect.live.series import Curve, Series
+from hijack_detect.streams.samples import NANOSECONDS, FixSample
+
+KEPT_S = 600.0
+PERIOD_S = 0.25
+"""Flight time between two points of a curve or of the track."""
+MOST = round(KEPT_S / PERIOD_S)
+MOST_CHANGES = 500
+BACK_S = 1.0
+"""Stamps that run back by more than this begin another flight."""
+OLD_S = 5.0
+"""A detector or a complaint that was not heard for this time on the wall clock is over."""
+STAMP_S = 1.0
+"""How long a change of hijack_alert, which has no stamp, waits for the verdict with its stamp."""
+LONGEST = 600
+"""Characters of a text."""
+Frame = dict[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Cursor:
+    """How much a reader has: of which flight, and how many entries of each history."""
+
+    flight: int
+    counts: tuple[int, ...]
+
+
+class Picture:
+    """Hears messages in one thread, and is read in another.
+
+    Times are seconds of header stamps since the first one heard. What is silent is told by a
+    clock that nobody sets, since a dead node sends no stamps.
+    """
+
+    def __init__(
+        self, detectors: Sequence[str], clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        """Expect these detectors; `clock` gives seconds."""
+        self._detectors = tuple(detectors)
+        self._clock = clock
+        self._lock = threading.Lock()
+        self._flight = 0
+        self._alert, self._alert_s, self._changed_s = False, -math.inf, -math.inf
+        self._confidence = math.nan
+        self._complaints: dict[str, tuple[str, float]] = {}
+        self._begin()
+
+    def _begin(self) -> None:
+        """Forget a flight."""
+        self._flight += 1
+        self._stamps: dict[str, int] = {}
+        self._start_ns: int | None = None
+        self._newest_ns = 0
+        self._frame: LocalFrame | None = None
+        self._position: Frame | None = None
+        self._fused: Fused | None = None
+        self._stale = ""
+        self._verdicts: dict[str, Verdict] = {}
+        self._heard_s: dict[str, float] = {}
+        self._track: Series[tuple[float, ...]] = Series(MOST)
+        self._states: Series[tuple[float, str]] = Series(MOST_CHANGES)
+        self._curves = {name: Curve(MOST, PERIOD_S) for name in self._detectors}
+
+    def hear_fix(self, fix: FixSample) -> None:
+        """Take the next position; one without a fix is a gap in the track."""
+        with self._lock:
+            time_s = self._time(fix.stamp_ns, "fix")
+            self._note_state(time_s)
+            last = self._track.last
+            if not fix.has_fix:
+                self._position = None
+                if last is not None and len(last) > 1:
+                    self._track.append((time_s,))
+                return
+            if self._frame is None:
+                self._frame = LocalFrame(fix)
+            east, north, _ = self._frame.enu(fix)
+            self._position = {
+                "east": round(east, 2),
+                "north": round(north, 2),
+                "latitude": fix.latitude_deg,
+                "longitude": fix.longitude_deg,
+                "altitude": round(fix.altitude_m, 1),
+            }
+            if last is None or len(last) == 1 or time_s // PERIOD_S != last[0] // PERIOD_S:
+                self._track.append((time_s, round(east, 2), round(north, 2)))
+
+    def hear_verdict(self, name: str, verdict: Verdict) -> None:
+        """Take the next verdict of a detector that is expected."""
+        with self._lock:
+            time_s = self._time(verdict.stamp_ns, name)
+            self._verdicts[name], self._heard_s[name] = verdict, self._clock()
+            judging = verdict.state in JUDGING and math.isfinite(verdict.margin)
+            self._curves[name].hear(time_s, round(verdict.margin, 3) if judging else None)
+
+    def hear_fused(self, fused: Fused) -> None:
+        """Take what the fusion says."""
+        with self._lock:
+            time_s = self._time(fused.stamp_ns, "fusion")
+            self._fused, self._stale = fused, ""
+            self._note_state(time_s)
+
+    def hear_alert(self, alert: bool) -> None:
+        """Take hijack_alert."""
+        with self._lock:
+            now = self._clock()
+            if alert != self._alert:
+                self._changed_s = now
+            self._alert, self._alert_s = alert, now
+
+    def hear_confidence(self, confidence: float) -> None:
+        """Take hijack_confidence; NaN where nothing can be said."""
+        with self._lock:
+            self._confidence = confidence
+
+    def hear_stale(self, text: str) -> None:
+        """Take what the fusion says while it has no verdict to make; empty if it has."""
+        with self._lock:
+            self._stale = text
+
+    def hear_complaint(self, name: str, text: str) -> None:
+        """Take what a node complains of; an empty text takes it back."""
+        with self._lock:
+            self._complaints[name[:LONGEST]] = text[:LONGEST], self._clock()
+            now = self._clock()
+            self._complaints = {
+                name: (text, heard_s)
+                for name, (text, heard_s) in self._complaints.items()
+                if text and now - heard_s <= OLD_S
+            }
+
+    def _time(self, stamp_ns: int, stream: str) -> float:
+        """Seconds since the first stamp."""
+        if stamp_ns < self._stamps.get(stream, stamp_ns) - BACK_S * NANOSECONDS:
+            self._begin()
+        self._stamps[stream] = stamp_ns
+        if self._start_ns is None:
+            self._start_ns = self._newest_ns = stamp_ns
+        self._newest_ns = max(self._newest_ns, stamp_ns)
+        return self._seconds(stamp_ns)
+
+    def _seconds(self, stamp_ns: int) -> float:
+        return round((stamp_ns - (self._start_ns or 0)) / NANOSECONDS, 3)
+
+    def _heard(self) -> Heard:
+        silent_s = self._clock() - self._alert_s
+        return Heard(
+            silent_s if math.isfinite(silent_s) else None,
+            self._alert,
+            self._fused,
+            self._stale,
+            self._verdicts,
+        )
+
+    def _note_state(self, time_s: float) -> None:
+        """Keep when the state changed; never before the change that was kept last."""
+        now, last = word(self._heard()), self._states.last
+        waited_s = self._clock() - self._changed_s
+        if now == "alarm" and waited_s < STAMP_S and not (self._fused and self._fused.alert):
+            return  # fusion/verdict, which has the stamp of the alarm, is on its way
+        if last is None:
+            self._states.append((time_s, now))
+        elif last[1] != now:
+            self._states.append((max(time_s, last[0]), now))
+
+    def frame(self, cursor: Cursor | None) -> tuple[Frame, Cursor]:
+        """What a reader does not have yet, and its next cursor.
+
+        With a cursor of another flight, or none, `reset` is true and the whole history is there.
+        """
+        with self._lock:
+            return self._read(cursor)
+
+    def _read(self, cursor: Cursor | None) -> tuple[Frame, Cursor]:
+        if self._start_ns is not None:
+            self._note_state(self._seconds(self._newest_ns))
+        histories: list[Series[Any]] = [self._track, self._states]
+        histories += [curve.points for curve in self._curves.values()]
+        reset = cursor is None or cursor.flight != self._flight
+        had = (0,) * len(histories) if cursor is None or reset else cursor.counts
+        track, states, *curves = (
+            history.since(number) for history, number in zip(histories, had, strict=True)
+        )
+        margins = dict(zip(self._curves, curves, strict=True))
+        frame = {
+            "reset": reset,
+            **self._banner(),
+            "position": self._position,
+            "detectors": [self._row(name) for name in self._detectors],
+            "complaints": [
+                f"{name}: {text}"
+                for name, (text, heard_s) in sorted(self._complaints.items())
+                if text and self._clock() - heard_s <= OLD_S
+            ],
+            "track": track,
+            "states": states,
+            "margins": {name: points for name, points in margins.items() if points},
+        }
+        return frame, Cursor(self._flight, tuple(history.count for history in histories))
+
+    def _banner(self) -> Frame:
+        heard, fused = self._heard(), self._fused
+        since = self._states.last[0] if self._states.last else None
+        if fused is not None and fused.alert_since_ns is not None and word(heard) == "alarm":
+            since = self._seconds(fused.alert_since_ns)
+        known = self._start_ns is not None
+        return {
+            "time": self._seconds(self._newest_ns) if known else None,
+            "stamp": self._newest_ns / NANOSECONDS if known else None,
+            "state": word(heard),
+            "said": None if heard.silent_s is None else said(heard),
+            "why": sentence(heard)[:LONGEST],
+            "since": since,
+            "silent": None if heard.silent_s is None else round(heard.silent_s, 1),
+            "probability": None if word(heard) == "silent" else _finite(self._confidence),
+        }
+
+    def _row(self, name: str) -> Frame:
+        verdict = self._verdicts.get(name)
+        if verdict is None:
+            return {"name": name, "state": "silent", "margin": None, "why": "no verdict yet"}
+        quiet_s = self._clock() - self._heard_s[name]
+        if quiet_s > OLD_S:
+            why = f"no verdict for {quiet_s:.0f} s"
+            return {"name": name, "state": "silent", "margin": None, "why": why}
+        return {
+            "name": name,
+            "state": verdict.state.value,
+            "margin": _finite(verdict.margin) if verdict.state in JUDGING else None,
+            "time": self._seconds(verdict.stamp_ns),
+            "why": verdict.reason[:LONGEST],
+        }
+
+
+def _finite(value: float) -> float | None:
+    return round(value, 3) if math.isfinite(value) else None
