@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from hijack_detect.cli.common import PATH, PLACE, BadInput, find_scenario, progress
-from hijack_detect.cli.convert import sensor_options
+from hijack_detect.cli.convert import COLUMNS, read_columns, sensor_options
 from hijack_detect.evaluation.monitor.policies import POLICIES, load_parameters, policy_parameters
 from hijack_detect.streams.samples import NANOSECONDS
 
@@ -37,6 +37,7 @@ NO_ATTACK = "none"
 @click.option("--params", type=PATH, help="Parameter file to use in place of the policy.")
 @click.option("--json", "json_file", type=PATH, help="Write the analysis as JSON; - for stdout.")
 @click.option("--report", type=PATH, metavar="DIR", help="Write a page with figures into DIR.")
+@COLUMNS
 @sensor_options
 def analyze(
     bag: Path,
@@ -46,14 +47,15 @@ def analyze(
     params: Path | None,
     json_file: Path | None,
     report: Path | None,
+    columns: Path | None,
     imu: int,
     gps: int,
 ) -> None:
     """Say whether the GPS of a recorded flight was spoofed, when, and how that is known.
 
-    BAG is an mcap file, a rosbag2 folder, or a log that `convert` knows (--imu and --gps are for
-    those). What is known of an attack is compared with: the scenario's, the ground truth's in the
-    bag, or that of label.json beside it. The JSON is described by docs/analysis.schema.json.
+    BAG is an mcap file, a rosbag2 folder, or a log that `convert` knows (--imu, --gps and --columns
+    are for those). What is known of an attack is compared with: the scenario's, the ground truth's
+    in the bag, or that of label.json beside it. The JSON is described by docs/analysis.schema.json.
 
     Exits with 0 if there was no alert, with 10 if there was one, and with 2 if the input cannot
     be used.
@@ -69,7 +71,7 @@ def analyze(
         attack = None if scenario == NO_ATTACK else find_scenario(scenario, onset)
         if report is not None:
             report.mkdir(parents=True, exist_ok=True)
-        with as_bag(bag, Wanted(imu, gps)) as (given, converted):
+        with as_bag(bag, Wanted(imu, gps), read_columns(columns)) as (given, converted):
             for line in () if converted is None else converted.notes.lines():
                 click.echo(line, err=True)
             made_from = None if converted is None else bag
