@@ -50,12 +50,14 @@ def analyze(
     columns: Path | None,
     imu: int,
     gps: int,
+    namespace: str,
 ) -> None:
     """Say whether the GPS of a recorded flight was spoofed, when, and how that is known.
 
-    BAG is an mcap file, a rosbag2 folder, or a log that `convert` knows (--imu, --gps and --columns
-    are for those). What is known of an attack is compared with: the scenario's, the ground truth's
-    in the bag, or that of label.json beside it. The JSON is described by docs/analysis.schema.json.
+    BAG is an mcap file, a rosbag2 folder, or a log that `convert` knows (--imu, --gps, --columns
+    and --namespace are for those). What is known of an attack is compared with: the scenario's,
+    the ground truth's in the bag, or that of label.json beside it. The JSON is described by
+    docs/analysis.schema.json.
 
     Exits with 0 if there was no alert, with 10 if there was one, and with 2 if the input cannot
     be used.
@@ -71,7 +73,7 @@ def analyze(
         attack = None if scenario == NO_ATTACK else find_scenario(scenario, onset)
         if report is not None:
             report.mkdir(parents=True, exist_ok=True)
-        with as_bag(bag, Wanted(imu, gps), read_columns(columns)) as (given, converted):
+        with as_bag(bag, Wanted(imu, gps, namespace), read_columns(columns)) as (given, converted):
             for line in () if converted is None else converted.notes.lines():
                 click.echo(line, err=True)
             made_from = None if converted is None else bag

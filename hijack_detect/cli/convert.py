@@ -20,11 +20,14 @@ IMU = click.option(
 GPS = click.option(
     "--gps", type=click.IntRange(0), default=0, help="Number of the GPS to take [0]."
 )
+NAMESPACE = click.option(
+    "--namespace", default="", metavar="/NAME", help="Of a bag of several vehicles, this one."
+)
 
 
 def sensor_options(command: Callable[..., None]) -> Callable[..., None]:
     """Add the options that say which sensors of a log to take."""
-    return IMU(GPS(command))
+    return IMU(GPS(NAMESPACE(command)))
 
 
 COLUMNS = click.option(
@@ -50,7 +53,13 @@ def read_columns(path: Path | None) -> ColumnMap | None:
 @click.option("--template", is_flag=True, help="Print a column map for a CSV, to be filled in.")
 @sensor_options
 def convert(
-    log: Path, out: Path | None, columns: Path | None, template: bool, imu: int, gps: int
+    log: Path,
+    out: Path | None,
+    columns: Path | None,
+    template: bool,
+    imu: int,
+    gps: int,
+    namespace: str,
 ) -> None:
     """Write the bag OUT from the LOG of an autopilot, a ROS 1 bag, a bag in sqlite3, or a CSV.
 
@@ -69,7 +78,7 @@ def convert(
             return
         if out is None:
             raise click.UsageError("name OUT, the bag to write (or give --template)")
-        done = make(log, out, Wanted(imu, gps), read_columns(columns))
+        done = make(log, out, Wanted(imu, gps, namespace), read_columns(columns))
     for line in done.notes.lines():
         click.echo(line, err=True)
     counts = ", ".join(f"{topic} {count}" for topic, count in sorted(done.messages.items()))
