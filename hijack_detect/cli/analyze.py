@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING
 
 import click
 
+from hijack_detect.cli.choices import POLICY_NAMES
 from hijack_detect.cli.common import PATH, PLACE, BadInput, find_scenario, progress
+from hijack_detect.cli.completing import NO_ATTACK, scenarios
 from hijack_detect.cli.convert import COLUMNS, read_columns, sensor_options
-from hijack_detect.evaluation.monitor.policies import POLICIES, load_parameters, policy_parameters
 from hijack_detect.streams.samples import NANOSECONDS
 
 if TYPE_CHECKING:
@@ -21,19 +22,19 @@ if TYPE_CHECKING:
 
 EXIT_ALERT = 10
 STDOUT = Path("-")
-NO_ATTACK = "none"
 
 
 @click.command()
 @click.argument("bag", type=PLACE)
 @click.option(
     "--scenario",
+    shell_complete=scenarios,
     metavar="NAME|FILE",
     default=NO_ATTACK,
     help="Attack to inject: a name of config/scenarios, or a file.",
 )
 @click.option("--onset", type=float, default=None, help="Move the attack to this second.")
-@click.option("--policy", type=click.Choice(list(POLICIES)), default="default", show_default=True)
+@click.option("--policy", type=click.Choice(POLICY_NAMES), default="default", show_default=True)
 @click.option("--params", type=PATH, help="Parameter file to use in place of the policy.")
 @click.option("--json", "json_file", type=PATH, help="Write the analysis as JSON; - for stdout.")
 @click.option("--report", type=PATH, metavar="DIR", help="Write a page with figures into DIR.")
@@ -105,6 +106,10 @@ def _analysed(
     """Run the analysis, and write the report if one is wanted."""
     from hijack_detect.evaluation.analysis.analyse import analyse  # noqa: PLC0415  slow to load
     from hijack_detect.evaluation.analysis.report.recording import Recorder, recording  # noqa: PLC0415
+    from hijack_detect.evaluation.monitor.policies import (  # noqa: PLC0415
+        load_parameters,
+        policy_parameters,
+    )
     from hijack_detect.streams.samples import FixSample, Sample  # noqa: PLC0415
 
     parameters = policy_parameters(policy) if params is None else load_parameters(params)
