@@ -9,16 +9,20 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from hijack_detect.bags.errors import BagError
+from hijack_detect.logs.csv_guess import known_map
 from hijack_detect.logs.csv_table import decimal_comma, guessed_form, named_columns
 
 UNKNOWN = "?"
 WIDTH = 24
-SINCE_1970 = ((1e17, "ns"), (1e14, "us"), (1e11, "ms"), (1e8, "s"))
+SINCE_1970 = ((1e18, "ns"), (1e15, "us"), (1e12, "ms"), (1e9, "s"))
 """From this number on a time counts from 1970, in this unit."""
+MICROSECONDS = 1e7
+"""Nothing has run for so many seconds; for so many microseconds, after ten seconds."""
 TEMPLATE = """\
-# Which columns of {file} are what. Check every line: the columns were guessed from their names,
-# {unknown} stands for what was not found. Take out the inputs that the table does not have;
-# imu and fix are needed. All keys and units: docs/analyze-a-log.md
+# Which columns of {file} are what.
+# Check every line: the columns were guessed from their names, {unknown} was not found. Take out
+# the inputs that the table does not have; imu and fix are needed. All keys and units:
+# docs/analyze-a-log.md
 #
 # Columns, and their values in the first row:
 {listed}
@@ -88,6 +92,8 @@ def template(path: Path) -> str:
 
 def advice(path: Path) -> str:
     """What to do with a table of which nobody has said what its columns are."""
+    if known_map(path.parent) is not None:
+        return f"{path}: is one of the files of ulog2csv: name their folder, {path.parent}"
     form = guessed_form(path)
     names = [] if form is None else named_columns(path, form)[0]
     return (
@@ -108,6 +114,7 @@ def _time(names: Sequence[str], values: Sequence[str]) -> str:
         unit, since = ("iso", "utc") if re.match(r"\d{4}-\d\d-\d\d", text) else (unit, since)
     else:
         ending = re.search(r"(us|usec|ms|ns)$", name.lower().rstrip("])"))
+        unit = "us" if number >= MICROSECONDS else unit
         unit = "us" if ending and ending[1] == "usec" else ending[1] if ending else unit
         for least, of in SINCE_1970:
             if number >= least:

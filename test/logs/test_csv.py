@@ -376,6 +376,7 @@ def test_without_a_map_the_columns_are_told_and_the_template_fits(tmp_path: Path
                      "5,5;0,1;0;0;0;0;-9,8;48,5;11;500\n")  # fmt: skip
     done = runner.invoke(main, ["convert", str(table), "--template"])
     assert "#   gyro_x                   0,1" in done.stdout
+    assert 'time: {column: "timestamp_us", unit: us, since: boot}' in done.stdout
     assert '"?"' not in done.stdout.split("# velocity")[0].split("inputs:")[1]
     columns.write_text(done.stdout)
     done = runner.invoke(main, ["convert", str(table), str(tmp_path / "bag"), "--columns",
@@ -389,6 +390,13 @@ def test_without_a_map_the_columns_are_told_and_the_template_fits(tmp_path: Path
     assert "does not exist" in done.stderr
 
 
+def test_the_map_of_the_page_is_one(tmp_path: Path) -> None:
+    page = (ROOT / "docs/analyze-a-log.md").read_text()
+    (tmp_path / "map.yaml").write_text(page.split("```yaml\n")[1].split("```")[0])
+    given = load_map(tmp_path / "map.yaml").inputs.given()
+    assert list(given) == [*("imu", "fix", "velocity", "satellites", "mag", "pressure"), "attitude"]
+
+
 def test_a_folder_of_ulog2csv_is_known(tmp_path: Path) -> None:
     from pyulog.ulog2csv import convert_ulog2csv  # noqa: PLC0415
 
@@ -396,6 +404,8 @@ def test_a_folder_of_ulog2csv_is_known(tmp_path: Path) -> None:
     tables = tmp_path / "tables"
     tables.mkdir()
     convert_ulog2csv(str(log), None, str(tables), ",", None, None)
+    with pytest.raises(BagError, match=r"one of the files of ulog2csv: name their folder"):
+        convert(next(tables.glob("*gps*")), tmp_path / "none")
     done, of_log = convert(tables, tmp_path / "out"), convert(log, tmp_path / "of_log")
     assert done.format == "CSV of ulog2csv"
     assert done.messages == of_log.messages
