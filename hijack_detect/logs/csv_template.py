@@ -78,14 +78,14 @@ def template(path: Path) -> str:
         decimal="," if decimal_comma(form, values) else ".",
         encoding=form.encoding,
         time=_time(names, values),
-        gyro=_three(names, r"gyr|omega|angular|rate|^[pqr]$", "rad/s"),
-        accel=_three(names, r"acc|force", "m/s2"),
+        gyro=_three(names, r"gyr|omega|angular|rate|^g(?=[xyz])", "rad/s"),
+        accel=_three(names, r"acc|force|^a(?=[xyz])", "m/s2"),
         latitude=_one(names, r"lat(?!e)", "deg"),
         longitude=_one(names, r"lon|lng", "deg"),
         altitude=_one(names, r"alt|height", "m"),
         velocity=_three(names, r"vel|speed|^v", "m/s", (r"n(orth)?", r"e(ast)?", r"d(own)?")),
         satellites=f"{{column: {json.dumps(_found(names, r'sat'))}}}",
-        mag=_three(names, r"mag", "gauss"),
+        mag=_three(names, r"mag|^m(?=[xyz])", "gauss"),
         pressure=_one(names, r"press|baro", "Pa"),
     )
 

@@ -379,6 +379,10 @@ def test_without_a_map_the_columns_are_told_and_the_template_fits(tmp_path: Path
     assert 'time: {column: "timestamp_us", unit: us, since: boot}' in done.stdout
     assert '"?"' not in done.stdout.split("# velocity")[0].split("inputs:")[1]
     columns.write_text(done.stdout)
+    small_logs.table(tmp_path / "short.csv")
+    short = runner.invoke(main, ["convert", str(tmp_path / "short.csv"), "--template"]).stdout
+    assert 'gyro: {columns: ["gx", "gy", "gz"]' in short
+    assert 'accel: {columns: ["ax", "ay", "az"]' in short
     done = runner.invoke(main, ["convert", str(table), str(tmp_path / "bag"), "--columns",
                                 str(columns)])  # fmt: skip
     assert done.exit_code == 0, done.output
