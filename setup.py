@@ -77,6 +77,7 @@ setup(
         "click>=8.1",
         "lz4>=4",
         "numpy>=1.26",
+        "packaging>=23",
         "pydantic>=2",
         "pygeomag>=1",
         "pymap3d>=3",

@@ -188,6 +188,37 @@ def _standard(writer: Any, store: Any, serialize: Any, *, ros1: bool) -> None:
             writer.write(connection, (UTC_US + at) * 1000, serialize(make(at), kind))
 
 
+COLUMNS = """\
+time: {column: t, unit: us, since: utc}
+inputs:
+  imu:
+    gyro: {columns: [gx, gy, gz], unit: rad/s}
+    accel: {columns: [ax, ay, az], unit: m/s2}
+    frame: FRD
+  fix:
+    latitude: {column: lat, unit: deg}
+    longitude: {column: lon, unit: deg}
+    altitude: {column: alt, unit: m}
+    has_fix: {column: type, at_least: 3}
+  velocity:
+    axes: {columns: [vn, ve, vd], unit: m/s}
+    frame: NED
+  satellites: {column: sats}
+"""
+"""What the columns of `table` are."""
+
+
+def table(path: Path) -> Path:
+    """A CSV, the GPS of which has its columns in every tenth row."""
+    lines = ["t,gx,gy,gz,ax,ay,az,lat,lon,alt,type,vn,ve,vd,sats"]
+    for at in ticks(IMU_HZ):
+        gps: tuple[float, ...] = (*PLACE, 3, *VELOCITY_NED, 12)
+        shown = map(str, gps) if at % (1_000_000 // GPS_HZ) == 0 else [""] * len(gps)
+        lines.append(",".join((str(UTC_US + at), *map(str, (*GYRO, *FORCE)), *shown)))
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
 def px4(path: Path) -> Path:
     """A rosbag2 in sqlite3 with messages of px4_msgs, whose definitions are in the bag."""
     store = get_typestore(Stores.ROS2_JAZZY)

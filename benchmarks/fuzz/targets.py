@@ -27,6 +27,7 @@ from hijack_detect.bags.topics import TYPES
 from hijack_detect.detectors.fusion import Latched
 from hijack_detect.evaluation.ground_truth.truth import LABEL, label_attack, read_label
 from hijack_detect.evaluation.monitor.policies import load_parameters
+from hijack_detect.logs.csv_map import load_map
 from hijack_detect.logs.formats import convert
 from hijack_detect.nodes.message_types import message_class
 from hijack_detect.nodes.messages import verdict_from
@@ -131,6 +132,27 @@ def _convert(file: Path) -> None:
     out = file.with_name("out")
     shutil.rmtree(out, ignore_errors=True)
     convert(log, out)
+
+
+def _convert_table(file: Path) -> None:
+    """A table with a good map, or a map with a good table."""
+    folder = file.with_name("beside")
+    folder.mkdir(exist_ok=True)
+    table, columns = file, file
+    if file.suffix == ".csv":
+        columns = folder / "map.yaml"
+        columns.write_text(small_logs.COLUMNS)
+    else:
+        table = folder / "flight.csv"
+        if not table.is_file():
+            small_logs.table(table)
+    out = file.with_name("out")
+    shutil.rmtree(out, ignore_errors=True)
+    convert(table, out, None, load_map(columns))
+
+
+def _table_seeds(folder: Path) -> list[bytes]:
+    return [small_logs.table(folder / "seed.csv").read_bytes()]
 
 
 def _offline_message(folder: Path) -> Attempt:
@@ -266,6 +288,12 @@ TARGETS: Mapping[str, Target] = {
     "tlog": _importer("MAVLink telemetry", "any.tlog", small_logs.tlog, 2**16),
     "ros1": _importer("ROS 1 bag", "any.bag", small_logs.ros1, 2**18),
     "sqlite": _importer("ROS 2 bag in sqlite3", "any/any.db3", small_logs.sqlite, 2**18),
+    "csv": Target("CSV", _reads("any.csv", _convert_table, BagError), _table_seeds, 2**16),
+    "columns": Target(
+        "column map of a CSV",
+        _reads("any.yaml", _convert_table, BagError),
+        lambda _: [small_logs.COLUMNS.encode()],
+    ),
     "journal": Target(
         "journal (SQLite)",
         _reads("any.sqlite3", _read_journal, JournalError),

@@ -144,7 +144,8 @@ def _by_type(topics: Mapping[str, str]) -> TopicMap:
             what = f"several {kind} topics ({', '.join(found)})" if found else f"no {kind} topic"
             listed = ", ".join(f"{topic} ({topics[topic]})" for topic in sorted(topics)) or "none"
             raise BagError(
-                f"the bag has {what}; its topics: {listed}. Name the topics, or choose a preset "
-                f"({', '.join(PRESETS)})"
+                f"the bag has {what}; its topics: {listed}. Of several vehicles, choose one with "
+                "`hijack-detect analyze BAG --namespace /uav1` (also convert, which makes a bag of "
+                f"it); known are the names of {', '.join(PRESETS)}"
             )
     return TopicMap(**only)

@@ -4,15 +4,16 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
+from hijack_detect.cli.choices import POLICY_NAMES
 from hijack_detect.cli.common import PATH, PLACE, BadInput, find_scenario, progress
-from hijack_detect.cli.convert import sensor_options
-from hijack_detect.cli.further import heard_too, load_detectors
-from hijack_detect.evaluation.monitor.policies import POLICIES, load_parameters, policy_parameters
+from hijack_detect.cli.completing import NO_ATTACK, scenarios
+from hijack_detect.cli.convert import COLUMNS, read_columns, sensor_options
 from hijack_detect.streams.samples import NANOSECONDS
 
 if TYPE_CHECKING:
@@ -23,19 +24,19 @@ if TYPE_CHECKING:
 
 EXIT_ALERT = 10
 STDOUT = Path("-")
-NO_ATTACK = "none"
 
 
 @click.command()
 @click.argument("bag", type=PLACE)
 @click.option(
     "--scenario",
+    shell_complete=scenarios,
     metavar="NAME|FILE",
     default=NO_ATTACK,
     help="Attack to inject: a name of config/scenarios, or a file.",
 )
 @click.option("--onset", type=float, default=None, help="Move the attack to this second.")
-@click.option("--policy", type=click.Choice(list(POLICIES)), default="default", show_default=True)
+@click.option("--policy", type=click.Choice(POLICY_NAMES), default="default", show_default=True)
 @click.option("--params", type=PATH, help="Parameter file to use in place of the policy.")
 @click.option("--json", "json_file", type=PATH, help="Write the analysis as JSON; - for stdout.")
 @click.option("--report", type=PATH, metavar="DIR", help="Write a page with figures into DIR.")
@@ -46,6 +47,7 @@ NO_ATTACK = "none"
     metavar="FILE.py:CLASS",
     help="Run a detector of your own too; the fusion hears it. Can be given again.",
 )
+@COLUMNS
 @sensor_options
 def analyze(
     bag: Path,
@@ -56,14 +58,17 @@ def analyze(
     json_file: Path | None,
     report: Path | None,
     detectors: tuple[str, ...],
+    columns: Path | None,
     imu: int,
     gps: int,
+    namespace: str,
 ) -> None:
     """Say whether the GPS of a recorded flight was spoofed, when, and how that is known.
 
-    BAG is an mcap file, a rosbag2 folder, or a log that `convert` knows (--imu and --gps are for
-    those). What is known of an attack is compared with: the scenario's, the ground truth's in the
-    bag, or that of label.json beside it. The JSON is described by docs/analysis.schema.json.
+    BAG is an mcap file, a rosbag2 folder, or a log that `convert` knows (--imu, --gps, --columns
+    and --namespace are for those). What is known of an attack is compared with: the scenario's,
+    the ground truth's in the bag, or that of label.json beside it. The JSON is described by
+    docs/analysis.schema.json.
 
     Exits with 0 if there was no alert, with 10 if there was one, and with 2 if the input cannot
     be used.
@@ -79,10 +84,8 @@ def analyze(
         attack = None if scenario == NO_ATTACK else find_scenario(scenario, onset)
         if report is not None:
             report.mkdir(parents=True, exist_ok=True)
-        parameters = policy_parameters(policy) if params is None else load_parameters(params)
-        further = load_detectors(detectors)
-        parameters = heard_too(parameters, tuple(further))
-        with as_bag(bag, Wanted(imu, gps)) as (given, converted):
+        parameters, further = _parameters(policy, params, detectors)
+        with as_bag(bag, Wanted(imu, gps, namespace), read_columns(columns)) as (given, converted):
             for line in () if converted is None else converted.notes.lines():
                 click.echo(line, err=True)
             made_from = None if converted is None else bag
@@ -102,6 +105,21 @@ def analyze(
     elif json_file is None:
         summary(done.analysis)
     sys.exit(EXIT_ALERT if done.analysis.alerts else 0)
+
+
+def _parameters(
+    policy: str, params: Path | None, detectors: Sequence[str]
+) -> tuple[MonitorParameters, Baselines]:
+    """Parameters of the monitor, and makers of the further detectors."""
+    from hijack_detect.cli.further import heard_too, load_detectors  # noqa: PLC0415  slow to load
+    from hijack_detect.evaluation.monitor.policies import (  # noqa: PLC0415
+        load_parameters,
+        policy_parameters,
+    )
+
+    further = load_detectors(detectors)
+    parameters = policy_parameters(policy) if params is None else load_parameters(params)
+    return heard_too(parameters, tuple(further)), further
 
 
 def _analysed(

@@ -9,15 +9,15 @@ import os
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
 from hijack_detect.bags.errors import BagError
 from hijack_detect.bags.places import place
-from hijack_detect.spoofing.scenario import Scenario, load_scenario
+
+if TYPE_CHECKING:
+    from hijack_detect.spoofing.scenario import Scenario
 
 EXIT_BAD_INPUT = 2
 PATH = click.Path(path_type=Path)
@@ -64,6 +64,8 @@ def find_scenario(given: str, onset_s: float | None = None) -> Scenario:
     Raises:
         ScenarioError: It cannot be used.
     """
+    from hijack_detect.spoofing.scenario import load_scenario  # noqa: PLC0415  slow to load
+
     own = share_folder() / "config/scenarios" / f"{given}.yaml"
     scenario = load_scenario(own if own.is_file() else Path(given))
     return scenario if onset_s is None else scenario.moved_to(onset_s)
@@ -124,6 +126,15 @@ def progress(text: str, total: float) -> Iterator[Callable[[float], None]]:
     Yields:
         Takes how much of the total is done.
     """
+    from rich.console import Console  # noqa: PLC0415  slow to load
+    from rich.progress import (  # noqa: PLC0415
+        BarColumn,
+        Progress,
+        TaskProgressColumn,
+        TextColumn,
+        TimeRemainingColumn,
+    )
+
     with Progress(
         TextColumn(text),
         BarColumn(),

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from hijack_detect.cli.choices import POLICY_NAMES
 from hijack_detect.cli.common import (
     EXIT_BAD_INPUT,
     PATH,
@@ -20,7 +21,7 @@ from hijack_detect.cli.common import (
     progress,
     refusing_bad_input,
 )
-from hijack_detect.evaluation.monitor.policies import POLICIES, load_parameters, policy_parameters
+from hijack_detect.cli.completing import scenarios
 
 if TYPE_CHECKING:
     from hijack_detect.evaluation.monitor.graph import MonitorParameters
@@ -37,10 +38,12 @@ ONSETS = 5
 @click.command()
 @click.argument("corpus", type=PLACE, required=False)
 @click.option("--protocol", type=click.Choice(PROTOCOLS), help="Simulated flights instead.")
-@click.option("--policy", type=click.Choice(list(POLICIES)), help="Parameter set [default].")
+@click.option("--policy", type=click.Choice(POLICY_NAMES), help="Parameter set [default].")
 @click.option("--params", type=PATH, help="ROS parameter file instead of a policy.")
 @click.option(
-    "--scenario", help="Attack the clean flights of CORPUS too: scenario file or its name."
+    "--scenario",
+    shell_complete=scenarios,
+    help="Attack the clean flights of CORPUS too: scenario file or its name.",
 )
 @click.option("--onsets", type=click.IntRange(1, 1000), help="Attacks on each flight [5].")
 @click.option("--scale", type=click.IntRange(1, 200), help="Times as many simulated flights [1].")
@@ -128,6 +131,11 @@ def _cases(
 
 def _parameters(policy: str | None, params: Path | None) -> tuple[MonitorParameters, str]:
     """Parameters and what to call them."""
+    from hijack_detect.evaluation.monitor.policies import (  # noqa: PLC0415
+        load_parameters,
+        policy_parameters,
+    )
+
     if params is not None:
         return load_parameters(params), str(params)
     name = policy or "default"

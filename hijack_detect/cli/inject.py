@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 
 from hijack_detect.cli.common import PATH, PLACE, find_scenario, progress, refusing_bad_input
+from hijack_detect.cli.completing import scenarios
 from hijack_detect.streams.samples import NANOSECONDS
 
 
@@ -15,7 +16,10 @@ from hijack_detect.streams.samples import NANOSECONDS
 @click.argument("bag", metavar="IN", type=PLACE)
 @click.argument("out", type=PATH)
 @click.option(
-    "--scenario", required=True, help="Scenario file, or the name of one in config/scenarios."
+    "--scenario",
+    required=True,
+    shell_complete=scenarios,
+    help="Scenario file, or the name of one in config/scenarios.",
 )
 @click.option("--onset", type=float, default=None, help="Move the attack to this second.")
 def inject(bag: Path, out: Path, scenario: str, onset: float | None) -> None:

@@ -7,15 +7,16 @@ import contextlib
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TextIO
+from typing import TYPE_CHECKING, TextIO
 
 import click
 
+from hijack_detect.cli.choices import TABLE_NAMES
 from hijack_detect.cli.common import PATH, BadInput, refusing_bad_input
-from hijack_detect.recording import schema
-from hijack_detect.recording.journal_export import nanoseconds, write_csv, write_json
-from hijack_detect.recording.journal_query import JournalReader, Query, open_journal
-from hijack_detect.recording.parameters import RecorderParameters
+from hijack_detect.cli.completing import detectors, journals, states
+
+if TYPE_CHECKING:
+    from hijack_detect.recording.journal_query import JournalReader, Query
 
 STDOUT = Path("-")
 SHOWN = 50
@@ -24,11 +25,11 @@ COUNT = click.IntRange(min=1)
 
 
 @click.command()
-@click.argument("words", metavar="[FILE|FOLDER] [TABLE]", nargs=-1)
+@click.argument("words", metavar="[FILE|FOLDER] [TABLE]", nargs=-1, shell_complete=journals)
 @click.option("--since", metavar="TIME", help="From this time on: ISO (UTC), or seconds.")
 @click.option("--until", metavar="TIME", help="Before this time.")
-@click.option("--detector", help="Only verdicts of this detector.")
-@click.option("--state", help="Only verdicts or alerts with this state.")
+@click.option("--detector", shell_complete=detectors, help="Only verdicts of this detector.")
+@click.option("--state", shell_complete=states, help="Only verdicts or alerts with this state.")
 @click.option("--limit", type=COUNT, help="The first so many rows.")
 @click.option("--last", type=COUNT, help="The last so many rows.")
 @click.option("--csv", "csv_file", type=PATH, help="Write all that fits as CSV; - for stdout.")
@@ -52,9 +53,16 @@ def journal(
 
     Exits with 2 if there is no journal or it cannot be read.
     """
+    from hijack_detect.recording.journal_export import (  # noqa: PLC0415  slow to load
+        nanoseconds,
+        write_csv,
+        write_json,
+    )
+    from hijack_detect.recording.journal_query import Query, open_journal  # noqa: PLC0415
+
     path, table = _told_apart(words)
     if table is None and (csv_file or json_file or since or until or detector or state):
-        raise click.UsageError(f"name a TABLE: {', '.join(schema.TABLES)}")
+        raise click.UsageError(f"name a TABLE: {', '.join(TABLE_NAMES)}")
     if csv_file and json_file:
         raise click.UsageError("--csv and --json are two exports; give one")
     if limit and last:
@@ -86,12 +94,14 @@ def journal(
 
 def _told_apart(words: tuple[str, ...]) -> tuple[Path, str | None]:
     """File and table; a word that is the name of a table is one, unless it comes first of two."""
+    from hijack_detect.recording.parameters import RecorderParameters  # noqa: PLC0415
+
     if len(words) > 2:
         raise click.UsageError("give at most a journal and a table")
-    table = words[-1] if words and words[-1] in schema.TABLES else None
+    table = words[-1] if words and words[-1] in TABLE_NAMES else None
     paths = words[:-1] if table else words
     if len(paths) == 2:
-        raise click.UsageError(f"there is no table {paths[1]!r}: {', '.join(schema.TABLES)}")
+        raise click.UsageError(f"there is no table {paths[1]!r}: {', '.join(TABLE_NAMES)}")
     return Path(paths[0] if paths else RecorderParameters().folder).expanduser(), table
 
 

@@ -3,26 +3,16 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
+import importlib
+import platform
 from typing import Any
 
 import click
+from click.shell_completion import CompletionItem
 
 from hijack_detect import __version__
-from hijack_detect.cli.analyze import analyze
-from hijack_detect.cli.common import PATH, BadInput
-from hijack_detect.cli.convert import convert
+from hijack_detect.cli.common import BadInput
 from hijack_detect.cli.environment import add_own_prefix
-from hijack_detect.cli.evaluate import evaluate
-from hijack_detect.cli.inject import inject
-from hijack_detect.cli.journal import journal
-from hijack_detect.cli.live import live
-from hijack_detect.cli.simulate import simulate
-from hijack_detect.cli.sweep import sweep
-from hijack_detect.cli.tune import tune
-from hijack_detect.evaluation.monitor.manual import node_file, parameter_file
-from hijack_detect.evaluation.monitor.policies import BESIDE, POLICIES
 
 EXTRAS = {
     **dict.fromkeys(("matplotlib", "plotly", "scipy"), "analysis"),
@@ -30,6 +20,24 @@ EXTRAS = {
     "tornado": "live",
 }
 """Libraries that only some commands import, and the extra that has them."""
+
+
+COMMANDS = {
+    "analyze": ("analyze", "Say whether the GPS of a recorded flight was spoofed"),
+    "completion": ("completion", "Print the script that completes this command in a shell"),
+    "convert": ("convert", "Make a bag of a log of PX4, ArduPilot, ROS, or of a CSV"),
+    "demo": ("demonstrate", "Replay a flight, spoof its GPS, and show the alert"),
+    "doctor": ("doctor", "Say whether the monitor can run here, and what to mend"),
+    "evaluate": ("evaluate", "Run every method on many flights, and count"),
+    "inject": ("inject", "Make a spoofed copy of a bag"),
+    "journal": ("journal", "Show and export what the recorder has kept"),
+    "live": ("live", "Show a running monitor in a browser"),
+    "params": ("params", "Print a parameter file, the manual of its parameters"),
+    "simulate": ("simulate", "Make a bag of a simulated flight"),
+    "sweep": ("sweep", "Vary one thing and see how many flights are judged correctly"),
+    "tune": ("tune", "Choose thresholds for one vehicle from its flights"),
+}
+"""Module of each command, and what the list of commands says of it: only one is loaded."""
 
 
 class Commands(click.Group):
@@ -53,75 +61,41 @@ class Commands(click.Group):
                 f"'{extra}': pip install '.[{extra}]'"
             ) from error
 
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Names of all commands."""
+        return sorted(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Load a command, None if there is none of that name."""
+        if cmd_name not in COMMANDS:
+            return None
+        module = importlib.import_module(f"hijack_detect.cli.{COMMANDS[cmd_name][0]}")
+        found = getattr(module, cmd_name)
+        assert isinstance(found, click.Command)
+        return found
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """List the commands in the help."""
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, COMMANDS[name][1]) for name in self.list_commands(ctx)])
+
+    def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
+        """Offer the commands, without loading them."""
+        names = [name for name in self.list_commands(ctx) if name.startswith(incomplete)]
+        found = [CompletionItem(name, help=COMMANDS[name][1]) for name in names]
+        return [*found, *click.Command.shell_complete(self, ctx, incomplete)]
+
 
 @click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
-@click.version_option(__version__, prog_name="hijack-detect")
+@click.version_option(
+    __version__,
+    prog_name="hijack-detect",
+    message=f"%(prog)s, version %(version)s (Python {platform.python_version()})",
+)
 def main() -> None:
     """Tell when a drone's GPS is being spoofed."""
     add_own_prefix()
 
-
-@main.command()
-@click.option("--bag", type=PATH, default=None, help="Bag to replay [bags/curved_8].")
-@click.option(
-    "--scenario",
-    default=None,
-    help="Scenario file, or 'none' for no attack [config/scenarios/turn_away_track.yaml].",
-)
-@click.option("--onset", type=float, default=None, help="Move the attack to this second.")
-@click.option("--rate", type=click.FloatRange(0.1, 100.0), default=4.0, show_default=True)
-@click.option(
-    "--paper/--default",
-    "paper",
-    default=False,
-    help="The published detectors and both-must-alarm, or the hardened ones [default].",
-)
-@click.option("--logs", type=PATH, default=None, help="Keep the nodes' logs in this folder.")
-def demo(
-    bag: Path | None,
-    scenario: str | None,
-    onset: float | None,
-    rate: float,
-    paper: bool,
-    logs: Path | None,
-) -> None:
-    """Replay a flight, spoof its GPS, and show the alert.
-
-    Every node runs as a process of its own over DDS. Exits with 0 only if the alert came inside
-    the attack and not before it (without an attack: if there was none), with 1 otherwise.
-    """
-    from hijack_detect.cli.demo import DemoOptions, run_demo  # noqa: PLC0415  needs ROS
-
-    try:
-        policy = "paper" if paper else "default"
-        right = run_demo(DemoOptions(bag, scenario, onset, rate, policy, logs))
-    except ValueError as error:
-        raise BadInput(str(error)) from error
-    sys.exit(0 if right else 1)
-
-
-@main.command()
-@click.option("--policy", type=click.Choice(list(POLICIES)), help="Those of the monitor [default].")
-@click.option("--node", type=click.Choice(list(BESIDE)), help="Those of another node.")
-def params(policy: str | None, node: str | None) -> None:
-    """Print a parameter file, which is the manual of its parameters.
-
-    It has the nodes of the monitor, as a policy sets them, or one of the nodes beside it.
-    """
-    if policy and node:
-        raise click.UsageError("give --policy or --node, not both")
-    click.echo(node_file(node) if node else parameter_file(policy or "default"), nl=False)
-
-
-main.add_command(analyze)
-main.add_command(convert)
-main.add_command(evaluate)
-main.add_command(inject)
-main.add_command(journal)
-main.add_command(live)
-main.add_command(simulate)
-main.add_command(sweep)
-main.add_command(tune)
 
 if __name__ == "__main__":
     main()

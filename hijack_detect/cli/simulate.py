@@ -7,9 +7,9 @@ from pathlib import Path
 
 import click
 
+from hijack_detect.cli.choices import OPTIONAL_INPUTS, ROUTES
 from hijack_detect.cli.common import PATH, find_scenario, refusing_bad_input
-from hijack_detect.evaluation.replay.simulated_bag import OPTIONAL_INPUTS, make_bag
-from hijack_detect.simulation.plan import ROUTES, FlightPlan
+from hijack_detect.cli.completing import scenarios
 
 
 @click.command()
@@ -23,6 +23,7 @@ from hijack_detect.simulation.plan import ROUTES, FlightPlan
 @click.option(
     "--attack",
     default=None,
+    shell_complete=scenarios,
     help="Scenario file, or the name of one of config/scenarios, as 'carry_off'.",
 )
 @click.option("--onset", type=float, default=None, help="Move the attack to this second.")
@@ -44,6 +45,9 @@ def simulate(
     The autopilot flies by the GPS it is told: an attack really drags the vehicle away. Beside the
     bag lies label.json with what was flown and attacked.
     """
+    from hijack_detect.evaluation.replay.simulated_bag import make_bag  # noqa: PLC0415  slow to load
+    from hijack_detect.simulation.plan import FlightPlan  # noqa: PLC0415
+
     with refusing_bad_input():
         plan = FlightPlan(
             route=route, duration_s=duration, speed=speed, height_m=height, wind_m_s=wind

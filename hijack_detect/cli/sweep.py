@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from hijack_detect.cli.choices import POLICY_NAMES
 from hijack_detect.cli.common import (
     EXIT_BAD_INPUT,
     PATH,
@@ -20,7 +21,6 @@ from hijack_detect.cli.common import (
     refusing_bad_input,
 )
 from hijack_detect.cli.evaluate import PROTOCOLS
-from hijack_detect.evaluation.monitor.policies import POLICIES, policy_parameters
 
 if TYPE_CHECKING:
     from hijack_detect.evaluation.trials.parallel import Failure, Pool
@@ -38,7 +38,7 @@ WHAT = ("epsilon", "mu", "window", ATTACK)
     "-o", "--out", type=PATH, default=Path(), help="Folder for WHAT.csv and WHAT.png [here]."
 )
 @click.option(
-    "--policy", type=click.Choice(list(POLICIES)), help="Parameter set [paper; attack: default]."
+    "--policy", type=click.Choice(POLICY_NAMES), help="Parameter set [paper; attack: default]."
 )
 @pool_options
 def sweep(
@@ -78,6 +78,7 @@ def sweep(
 def _sweep(
     what: str, out: Path, policy: str, source: Path | str, scale: int, pool: Pool
 ) -> Sequence[Failure]:
+    from hijack_detect.evaluation.monitor.policies import policy_parameters  # noqa: PLC0415
     from hijack_detect.evaluation.trials.corpus import corpus_cases  # noqa: PLC0415  slow to load
     from hijack_detect.evaluation.trials.protocols import PROTOCOLS as MADE  # noqa: PLC0415
     from hijack_detect.evaluation.tuning.sweep_plots import draw_curves  # noqa: PLC0415
@@ -101,6 +102,7 @@ def _sweep(
 
 
 def _attack(out: Path, policy: str, scale: int, pool: Pool) -> Sequence[Failure]:
+    from hijack_detect.evaluation.monitor.policies import policy_parameters  # noqa: PLC0415
     from hijack_detect.evaluation.tuning.attack_map import (  # noqa: PLC0415  slow to load
         ACCELERATIONS,
         FLIGHTS,

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from hijack_detect.cli.choices import POLICY_NAMES
 from hijack_detect.cli.common import (
     PATH,
     PLACE,
@@ -19,7 +20,7 @@ from hijack_detect.cli.common import (
     progress,
     refusing_bad_input,
 )
-from hijack_detect.evaluation.monitor.policies import POLICIES, policy_parameters
+from hijack_detect.cli.completing import scenarios as scenario_names
 
 if TYPE_CHECKING:
     from hijack_detect.evaluation.trials.parallel import Pool
@@ -38,10 +39,11 @@ SCENARIO = "turn_away_track"
     show_default=True,
     help="Of each detector.",
 )
-@click.option("--policy", type=click.Choice(list(POLICIES)), default="default", show_default=True)
+@click.option("--policy", type=click.Choice(POLICY_NAMES), default="default", show_default=True)
 @click.option(
     "--scenario",
     "scenarios",
+    shell_complete=scenario_names,
     multiple=True,
     help=f"Attack to inject, a file or a name; repeat for several, 'none' for none [{SCENARIO}].",
 )
@@ -62,6 +64,7 @@ def tune(
     the clean flights. Flights that cannot be read are told on stderr and left out.
     """
     from hijack_detect.cli.tune_view import told, written  # noqa: PLC0415  slow to load
+    from hijack_detect.evaluation.monitor.policies import policy_parameters  # noqa: PLC0415
     from hijack_detect.evaluation.trials.corpus import corpus_cases  # noqa: PLC0415
     from hijack_detect.evaluation.tuning.tuning import tune as run  # noqa: PLC0415
 

@@ -13,7 +13,11 @@ from pathlib import Path
 from hijack_detect.bags.errors import BagError
 from hijack_detect.bags.topics import PRESETS
 from hijack_detect.bags.writer import BagWriter
-from hijack_detect.logs import dataflash, rosbag, tlog, ulog
+from hijack_detect.logs import csv_log, dataflash, mcap, rosbag, tlog, ulog
+from hijack_detect.logs.csv_guess import known_map
+from hijack_detect.logs.csv_map import ColumnMap
+from hijack_detect.logs.csv_table import guessed_form
+from hijack_detect.logs.csv_template import advice
 from hijack_detect.logs.logged import ATTITUDE, Notes, Read, Wanted
 
 SQLITE = b"SQLite format 3"
@@ -26,6 +30,9 @@ MAGICS: dict[bytes, tuple[str, Read]] = {
 }
 """Name and reader of the formats that files begin with."""
 TLOG = ("MAVLink telemetry log", tlog.read)
+MCAP = b"\x89MCAP0\r\n"
+CSV = (csv_log.FORMAT, "with --columns")
+TABLES = (".csv", ".tsv", ".txt")
 TLOG_AT, TLOG_MAGICS = 8, (0xFE, 0xFD)
 """A telemetry log begins with a time, and then a MAVLink packet of version 1 or 2."""
 
@@ -45,29 +52,47 @@ class Converted:
     notes: Notes = field(default_factory=Notes)
 
 
-def is_log(path: Path) -> bool:
-    """Whether a path is a log to be imported, and not an mcap bag or nothing at all."""
-    return _recognised(path) is not None
+def is_log(path: Path, wanted: Wanted | None = None) -> bool:
+    """Whether a path is a log to be imported, and not an mcap bag or nothing at all.
+
+    An mcap bag is one if it has messages of PX4, or where a namespace of it is wanted.
+    """
+    return _recognised(path, wanted or Wanted()) is not None
 
 
-def convert(path: Path, out: Path, wanted: Wanted | None = None) -> Converted:
+def convert(
+    path: Path, out: Path, wanted: Wanted | None = None, columns: ColumnMap | None = None
+) -> Converted:
     """Make the bag `out` of a log: our topics, FLU and ENU, stamps as log times.
+
+    Args:
+        path: The log.
+        out: The bag, which must not exist.
+        wanted: Which of several sensors to take.
+        columns: What the columns of a CSV are, if it is one.
 
     Raises:
         BagError: The log is of no known format, cannot be read, has no IMU or GPS, or `out` cannot
             be written.
         ModuleNotFoundError: What reads the format is not installed (the extra `logs`).
     """
-    found = _recognised(path)
+    if columns is not None and not path.exists():
+        raise BagError(f"{path}: does not exist; check the path")
+    wanted = wanted or Wanted()
+    found = (
+        _recognised(path, wanted) if columns is None else (csv_log.FORMAT, csv_log.reader(columns))
+    )
     if found is None:
-        known = ", ".join(sorted({name for name, _ in (*MAGICS.values(), TLOG)}))
+        if path.is_file() and guessed_form(path) is not None:
+            raise BagError(advice(path))
+        known = ", ".join(sorted({name for name, _ in (*MAGICS.values(), TLOG, CSV)}))
         raise BagError(f"{path}: has no format that is known; known are {known}")
     name_of_format, read = found
     done = Converted(name_of_format)
     topics = dict(PRESETS["default"].items())
     try:
         with BagWriter(out) as writer:
-            for name, stamp_ns, value in read(path, wanted or Wanted(), done.notes):
+            for name, stamp_ns, value in read(path, wanted, done.notes):
                 if isinstance(value, tuple):
                     writer.write_orientation(ATTITUDE, stamp_ns, value)
                 else:
@@ -83,29 +108,51 @@ def convert(path: Path, out: Path, wanted: Wanted | None = None) -> Converted:
 
 
 @contextlib.contextmanager
-def as_bag(path: Path, wanted: Wanted | None = None) -> Iterator[tuple[Path, Converted | None]]:
+def as_bag(
+    path: Path, wanted: Wanted | None = None, columns: ColumnMap | None = None
+) -> Iterator[tuple[Path, Converted | None]]:
     """A bag as it is, or one that is made of a log and taken away afterwards.
 
     Raises:
         BagError: As `convert`.
     """
-    if not is_log(path):
+    if columns is None and not is_log(path, wanted):
+        if path.is_file() and path.suffix.lower() in TABLES and guessed_form(path) is not None:
+            raise BagError(advice(path))
         yield path, None
         return
     with tempfile.TemporaryDirectory(prefix="hijack_detect_") as folder:
         bag = Path(folder) / path.stem
-        yield bag, convert(path, bag, wanted)
+        yield bag, convert(path, bag, wanted, columns)
 
 
-def _recognised(path: Path) -> tuple[str, Read] | None:
+def _recognised(path: Path, wanted: Wanted) -> tuple[str, Read] | None:
     """Name and reader of a log's format."""
     try:
         if path.is_dir():
-            return MAGICS[SQLITE] if any(path.glob("*.db3")) else None
+            if any(path.glob("*.db3")):
+                return MAGICS[SQLITE]
+            if any(path.glob("*.mcap")):
+                return _mcap(path, wanted)
+            known = known_map(path)
+            return None if known is None else ("CSV of ulog2csv", csv_log.reader(known))
         with path.open("rb") as file:
             begin = file.read(max(map(len, MAGICS)))
-    except OSError:
+        if begin.startswith(MCAP):
+            return _mcap(path, wanted)
+    except (OSError, BagError):
         return None
     if len(begin) > TLOG_AT and begin[0] == 0 and begin[TLOG_AT] in TLOG_MAGICS:
         return TLOG
     return next((found for magic, found in MAGICS.items() if begin.startswith(magic)), None)
+
+
+def _mcap(path: Path, wanted: Wanted) -> tuple[str, Read] | None:
+    """None for a bag that is read as it is.
+
+    Raises:
+        BagError: The bag cannot be read.
+    """
+    if wanted.namespace:
+        return "ROS 2 bag in mcap", mcap.read
+    return ("ROS 2 bag in mcap with px4_msgs", mcap.read) if mcap.has_px4(path) else None

@@ -37,10 +37,17 @@ def fix_sample(
 
 @dataclass(frozen=True)
 class Wanted:
-    """Which of several sensors of a kind to take, counted from 0."""
+    """Which of several sensors of a kind to take, counted from 0.
+
+    Attributes:
+        imu: Number of the IMU.
+        gps: Number of the GPS.
+        namespace: Of a bag, only topics in this namespace; empty for all.
+    """
 
     imu: int = 0
     gps: int = 0
+    namespace: str = ""
 
 
 @dataclass

@@ -1,60 +1,118 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""ROS 1 bags, and ROS 2 bags in sqlite3 (rosbags): standard messages, and those of px4_msgs."""
+"""ROS 1 bags, and ROS 2 bags of any storage: standard messages, and those of px4_msgs."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from hijack_detect.bags.errors import BagError
-from hijack_detect.bags.topics import TYPES
+from hijack_detect.bags.samples import CONVERT
+from hijack_detect.bags.topics import PRESETS, TYPES
 from hijack_detect.logs import px4
-from hijack_detect.logs.frames import flu
-from hijack_detect.logs.logged import Logged, Notes, Wanted
+from hijack_detect.logs.frames import attitude, flu
+from hijack_detect.logs.logged import ATTITUDE, Logged, Notes, Wanted
 from hijack_detect.logs.units import GAUSS_T
-from hijack_detect.streams.messages import CONVERTERS, BadMessage
+from hijack_detect.streams.headerless import SATELLITES, SatelliteStamps
+from hijack_detect.streams.messages import BadMessage
 from hijack_detect.streams.samples import (
     ImuSample,
     MagneticSample,
     PressureSample,
+    Vector3,
 )
 
 STANDARD = {kind: name for name, kind in TYPES.items() if name != "satellites"}
 
 
+STANDARD_SATELLITES = ("std_msgs/msg/UInt32", PRESETS["mavros"].satellites or "")
+"""A number can be anything: it is one of satellites where mavros calls it so."""
+
+
+class Connection(Protocol):
+    """A topic of a bag."""
+
+    id: int
+    topic: str
+    msgtype: str
+    msgcount: int
+
+
+class Bag(Protocol):
+    """A bag of any storage, as rosbags' AnyReader is one."""
+
+    connections: Any
+
+    def messages(self, connections: Any) -> Any:
+        """Connection, log time and bytes of the messages of some connections."""
+
+    def deserialize(self, data: bytes, kind: str, /) -> Any:
+        """The message."""
+
+
 def read(path: Path, wanted: Wanted, notes: Notes) -> Iterator[Logged]:
-    """Read a bag; see `Read`. Of several topics of a type, by name, the wanted one is taken."""
+    """Read a bag; see `Read`. Of several topics of a type, by name, the wanted one is taken.
+
+    The names of mavros and of this package go first, for mavros has its estimates under others.
+    """
     from rosbags.highlevel import AnyReader  # noqa: PLC0415  slow to load
 
     with AnyReader([path]) as reader:
-        chosen = _chosen(path, reader.connections, wanted, notes)
-        used = [one for one in reader.connections if one.id in chosen]
-        for connection, _, data in reader.messages(used):
-            try:
-                message = reader.deserialize(data, connection.msgtype)
-                yield from _logged(chosen[connection.id], connection.msgtype, message)
-            except BadMessage as error:
-                notes.skipped[f"{connection.topic}: {str(error).split(' is ', maxsplit=1)[0]}"] += 1
+        yield from readings(path, reader, wanted, notes)
+
+
+def readings(path: Path, bag: Bag, wanted: Wanted, notes: Notes) -> Iterator[Logged]:
+    """The readings of a bag that is open.
+
+    Raises:
+        BagError: It has no IMU or no GPS.
+    """
+    stamps = SatelliteStamps()
+    chosen = _chosen(path, bag.connections, wanted, notes)
+    used = [one for one in bag.connections if one.id in chosen]
+    for place, (connection, _, data) in enumerate(bag.messages(used)):
+        name, kind = chosen[connection.id], connection.msgtype
+        try:
+            message = bag.deserialize(data, kind)
+            if kind in PX4:
+                yield from _px4(name, message)
+                continue
+            converted = CONVERT[name](message)
+            for of, sample in stamps.samples(name, place, converted):
+                yield Logged(of, sample.stamp_ns, sample)
+        except BadMessage as error:
+            notes.skipped[f"{connection.topic}: {str(error).split(' is ', maxsplit=1)[0]}"] += 1
+
+
+def _input(one: Connection) -> str | None:
+    """The input that a topic can be, None if it can be none."""
+    kind, satellites = STANDARD_SATELLITES
+    if one.msgtype == kind and one.topic.endswith(satellites):
+        return SATELLITES
+    return STANDARD.get(one.msgtype) or PX4.get(one.msgtype)
 
 
 def _chosen(path: Path, connections: Any, wanted: Wanted, notes: Notes) -> dict[int, str]:
     """The input of each connection that is used, by its id."""
-    numbers = {"imu": wanted.imu, "fix": wanted.gps, "velocity": wanted.gps}
+    numbers = {"imu": wanted.imu, **dict.fromkeys(("fix", "velocity", SATELLITES), wanted.gps)}
+    space = f"/{wanted.namespace.strip('/')}/".replace("//", "/")
     topics: dict[str, list[str]] = {}
     for one in sorted(connections, key=lambda one: str(one.topic)):
-        name = STANDARD.get(one.msgtype) or PX4.get(one.msgtype)
-        if name is None:
+        name = _input(one) if one.topic.startswith(space) else None
+        if one.topic.startswith("/truth/") or name is None:
             notes.skipped[f"{one.topic}: {one.msgtype} is no input"] += one.msgcount
         elif one.topic not in topics.setdefault(name, []):
             topics[name].append(one.topic)
     for name in ("imu", "fix"):
         if numbers[name] >= len(topics.get(name, ())):
             have = ", ".join(sorted({f"{one.topic} ({one.msgtype})" for one in connections}))
-            raise BagError(f"{path}: has no {name} number {numbers[name]}; it has {have}")
+            of = "" if space == "/" else f" in the namespace {wanted.namespace}"
+            raise BagError(f"{path}: has no {name} number {numbers[name]}{of}; it has {have}")
     taken: dict[int, str] = {}
     for name, found in topics.items():
+        found.sort(key=lambda topic: (not _is_known(name, topic), topic))
         topic = found[min(numbers.get(name, 0), len(found) - 1)]
         notes.said.append(f"{name} is {topic}")
         taken |= {one.id: name for one in connections if one.topic == topic}
@@ -64,34 +122,50 @@ def _chosen(path: Path, connections: Any, wanted: Wanted, notes: Notes) -> dict[
     return taken
 
 
-def _logged(name: str, kind: str, message: Any) -> Iterator[Logged]:
-    if kind in PX4:
-        yield from _px4(name, message)
-    else:
-        sample = CONVERTERS[name](message)
-        yield Logged(name, sample.stamp_ns, sample)
+def _is_known(name: str, topic: str) -> bool:
+    """Whether an input is called so by mavros or by this package, in any namespace."""
+    return any(topic.endswith(getattr(preset, name, None) or "\0") for preset in PRESETS.values())
 
 
 PX4 = {
     "px4_msgs/msg/SensorCombined": "imu",
+    "px4_msgs/msg/VehicleImu": "imu",
     "px4_msgs/msg/SensorGps": "fix",
+    "px4_msgs/msg/VehicleGpsPosition": "fix",
     "px4_msgs/msg/VehicleMagnetometer": "mag",
     "px4_msgs/msg/VehicleAirData": "pressure",
+    "px4_msgs/msg/VehicleAttitude": ATTITUDE,
 }
+"""The input of each message of PX4, whatever its topic is called: /fmu/out/vehicle_attitude has
+become /fmu/out/vehicle_attitude_v1 where the definition has changed."""
 
 
 def _px4(name: str, message: Any) -> Iterator[Logged]:
     """Readings of a message of PX4, whose stamp is in microseconds."""
     stamp_ns = int(message.timestamp) * 1000
     if name == "imu":
-        gyro, force = flu(*message.gyro_rad), flu(*message.accelerometer_m_s2)
+        gyro, force = _imu(message)
         yield Logged(name, stamp_ns, ImuSample(stamp_ns, gyro, force))
     elif name == "mag":
         field = flu(*(float(one) * GAUSS_T for one in message.magnetometer_ga))
         yield Logged(name, stamp_ns, MagneticSample(stamp_ns, field))
+    elif name == ATTITUDE:
+        w, x, y, z = map(float, message.q)
+        yield Logged(name, stamp_ns, attitude((x, y, z, w)))
     elif name == "pressure":
         pascal = float(message.baro_pressure_pa)
         yield Logged(name, stamp_ns, PressureSample(stamp_ns, pascal))
     else:
         in_degrees = hasattr(message, px4.IN_DEGREES)
         yield from px4.gps(stamp_ns, partial(getattr, message), in_degrees=in_degrees)
+
+
+def _imu(message: Any) -> tuple[Vector3, Vector3]:
+    """Angular velocity and specific force; a VehicleImu has increments over microseconds."""
+    if hasattr(message, "gyro_rad"):
+        return flu(*message.gyro_rad), flu(*message.accelerometer_m_s2)
+    gyro_s, force_s = 1e-6 * message.delta_angle_dt, 1e-6 * message.delta_velocity_dt
+    if not (gyro_s > 0.0 and force_s > 0.0):
+        raise BadMessage(f"delta_angle_dt is {message.delta_angle_dt}, not a time")
+    gyro = flu(*(float(one) / gyro_s for one in message.delta_angle))
+    return gyro, flu(*(float(one) / force_s for one in message.delta_velocity))

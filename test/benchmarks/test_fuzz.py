@@ -23,6 +23,8 @@ TRIES = {
     "tlog": 40,
     "ros1": 40,
     "sqlite": 20,
+    "csv": 40,
+    "columns": 100,
 }
 MOST_TRIES = 400
 

@@ -1,0 +1,29 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
+"""Names that options choose among, where what they name is slow to load."""
+
+from __future__ import annotations
+
+POLICY_NAMES = ("default", "paper")
+BESIDE_NAMES = ("recorder", "gps_spoofer")
+DETECTOR_NAMES = (
+    "correlation",
+    "date",
+    "kld",
+    "coast",
+    "gnss",
+    "altitude",
+    "heading",
+    "drag",
+)
+ROUTES = ("straight", "curved", "hover", "fixed_yaw", "survey")
+TABLE_NAMES = (
+    "alerts",
+    "snapshots",
+    "verdicts",
+    "fixes",
+    "velocities",
+    "satellites",
+    "events",
+    "sessions",
+)
+OPTIONAL_INPUTS = ("velocity", "mag", "pressure", "satellites")

@@ -1,0 +1,145 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
+"""A column map to fill in, with what the names of a table's columns suggest."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+from hijack_detect.bags.errors import BagError
+from hijack_detect.logs.csv_guess import known_map
+from hijack_detect.logs.csv_table import decimal_comma, guessed_form, named_columns
+
+UNKNOWN = "?"
+WIDTH = 24
+SINCE_1970 = ((1e18, "ns"), (1e15, "us"), (1e12, "ms"), (1e9, "s"))
+"""From this number on a time counts from 1970, in this unit."""
+MICROSECONDS = 1e7
+"""Nothing has run for so many seconds; for so many microseconds, after ten seconds."""
+TEMPLATE = """\
+# Which columns of {file} are what.
+# Check every line: the columns were guessed from their names, {unknown} was not found. Take out
+# the inputs that the table does not have; imu and fix are needed. All keys and units:
+# docs/analyze-a-log.md
+#
+# Columns, and their values in the first row:
+{listed}
+
+delimiter: {delimiter}
+decimal: "{decimal}"            # or ","
+comment: "#"            # lines that begin so are left out
+encoding: {encoding}         # or latin-1, utf-16
+time: {time}  # s, ms, us, ns or iso; since boot or utc
+inputs:
+  imu:
+    gyro: {gyro}  # deg/s, rad/s, mrad/s
+    accel: {accel}  # m/s2, g, mg; at rest it points up
+    frame: FRD          # x forward, y right, z down; or FLU: y left, z up
+  fix:
+    latitude: {latitude}  # deg, 1e-7 deg, rad
+    longitude: {longitude}
+    altitude: {altitude}  # m, cm, mm, ft
+    # accuracy: {{column: eph, unit: m}}
+    # has_fix: {{column: fix_type, at_least: 3}}
+    # when_changed: true  # the fix is repeated in every row of a faster sensor
+  # velocity:            # of the receiver
+  #   axes: {velocity}
+  #   frame: NED         # or ENU; or in place of both: speed, course and climb
+  # satellites: {satellites}
+  # mag:
+  #   field: {mag}  # T, uT, nT, gauss, mgauss
+  #   frame: FRD
+  # pressure:
+  #   pressure: {pressure}  # Pa, hPa, mbar, kPa
+"""
+
+
+def template(path: Path) -> str:
+    """The text of a map for a table; taking the comments off is left to a person.
+
+    Raises:
+        BagError: It is no table.
+    """
+    form = None if path.is_dir() else guessed_form(path)
+    if form is None:
+        raise BagError(
+            f"{path}: does not look like a CSV with a header (three columns or more, separated by "
+            "comma, semicolon or tab)"
+        )
+    names, values = named_columns(path, form)
+    shown = zip(names, values, strict=True)
+    return TEMPLATE.format(
+        file=path.name,
+        unknown=UNKNOWN,
+        listed="\n".join(f"#   {name:<{WIDTH}} {value.strip()}" for name, value in shown),
+        delimiter=json.dumps(form.delimiter),
+        decimal="," if decimal_comma(form, values) else ".",
+        encoding=form.encoding,
+        time=_time(names, values),
+        gyro=_three(names, r"gyr|omega|angular|rate|^g(?=[xyz])", "rad/s"),
+        accel=_three(names, r"acc|force|^a(?=[xyz])", "m/s2"),
+        latitude=_one(names, r"lat(?!e)", "deg"),
+        longitude=_one(names, r"lon|lng", "deg"),
+        altitude=_one(names, r"alt|height", "m"),
+        velocity=_three(names, r"vel|speed|^v", "m/s", (r"n(orth)?", r"e(ast)?", r"d(own)?")),
+        satellites=f"{{column: {json.dumps(_found(names, r'sat'))}}}",
+        mag=_three(names, r"mag|^m(?=[xyz])", "gauss"),
+        pressure=_one(names, r"press|baro", "Pa"),
+    )
+
+
+def advice(path: Path) -> str:
+    """What to do with a table of which nobody has said what its columns are."""
+    if known_map(path.parent) is not None:
+        return f"{path}: is one of the files of ulog2csv: name their folder, {path.parent}"
+    form = guessed_form(path)
+    names = [] if form is None else named_columns(path, form)[0]
+    return (
+        f"{path}: is a table with the columns {', '.join(names)}. "
+        "What they are, a map has to say:\n"
+        f"  hijack-detect convert {path} --template > map.yaml    and fill it in, then\n"
+        f"  hijack-detect analyze {path} --columns map.yaml"
+    )
+
+
+def _time(names: Sequence[str], values: Sequence[str]) -> str:
+    name = _found(names, r"^t$|time|stamp|utc|date")
+    text = values[names.index(name)].strip() if name in names else ""
+    unit, since = "s", "boot"
+    try:
+        number = float(text.replace(",", "."))
+    except ValueError:
+        unit, since = ("iso", "utc") if re.match(r"\d{4}-\d\d-\d\d", text) else (unit, since)
+    else:
+        ending = re.search(r"(us|usec|ms|ns)$", name.lower().rstrip("])"))
+        unit = "us" if number >= MICROSECONDS else unit
+        unit = "us" if ending and ending[1] == "usec" else ending[1] if ending else unit
+        for least, of in SINCE_1970:
+            if number >= least:
+                unit, since = of, "utc"
+                break
+    return f"{{column: {json.dumps(name)}, unit: {unit}, since: {since}}}"
+
+
+def _one(names: Sequence[str], word: str, unit: str) -> str:
+    return f"{{column: {json.dumps(_found(names, word))}, unit: {unit}}}"
+
+
+def _three(
+    names: Sequence[str], word: str, unit: str, axes: Sequence[str] = (r"[x0]", r"[y1]", r"[z2]")
+) -> str:
+    found = [_found(names, word, axis) for axis in axes]
+    return f"{{columns: {json.dumps(found)}, unit: {unit}}}"
+
+
+def _found(names: Sequence[str], word: str, axis: str = "") -> str:
+    """The first column with a word in its name, and an axis beside it; UNKNOWN without one."""
+    for name in names:
+        text = name.lower()
+        part = re.search(word, text)
+        letters = rf"(^|[^a-z]|{word}){axis}([^a-z]|$)"
+        if part and (not axis or re.search(letters, text)):
+            return name
+    return UNKNOWN
