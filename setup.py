@@ -103,6 +103,8 @@ setup(
         "corpora": ["pyarrow>=15", "universal_pathlib>=0.2.3"],
         # Logs of PX4 and ArduPilot.
         "logs": ["pymavlink>=2.4.40", "pyulog>=1.0"],
+        # The node mavlink_bridge.
+        "mavlink": ["pymavlink>=2.4.40", "pyserial>=3.5"],
         # colcon test looks for this name.
         "test": [
             "hypothesis",
