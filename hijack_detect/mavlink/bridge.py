@@ -131,15 +131,16 @@ class Bridge:
         self._tell(texts)
         if act:
             self._act()
-        if self.vehicle is not None and self._alive:
+        vehicle = self.vehicle
+        if vehicle is not None and now_ns - vehicle.heartbeat_ns <= SILENT_NS:
             for order, confirmation in self.commander.due(now_ns):
-                self._command(self.vehicle.address, order, confirmation)
+                self._command(vehicle.address, order, confirmation)
         self._ask(now_ns)
         if now_ns - self._heartbeat_ns >= HEARTBEAT_NS or not self._heartbeat_ns:
             self._heartbeat_ns = now_ns
             self._heartbeat()
         first = self._syncs < FIRST_SYNCS
-        if self.vehicle and now_ns - self._sync_ns >= (FIRST_SYNC_NS if first else SYNC_NS):
+        if vehicle and now_ns - self._sync_ns >= (FIRST_SYNC_NS if first else SYNC_NS):
             self._sync_ns, self._syncs = now_ns, self._syncs + 1
             self._send("timesync", 0, self.clock.request(now_ns))
 

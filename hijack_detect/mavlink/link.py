@@ -9,6 +9,7 @@ import os
 import socket
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Protocol
 
 Address = Any
@@ -69,7 +70,7 @@ def place(connection: str, baud: int) -> Place:
         connection = f"serial:{connection}"
     kind, _, rest = connection.partition(":")
     name, _, number = rest.rpartition(":")
-    if kind == "serial" and not (name and number.isdigit()):
+    if kind == "serial" and (Path(rest).exists() or not (name and number.isdigit())):
         name, number = rest, str(baud)
     if kind not in KINDS or not name or not number.isdigit():
         raise ValueError(f"connection {connection!r} is not understood; give {FORMS}")

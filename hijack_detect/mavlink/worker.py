@@ -119,6 +119,8 @@ class Worker:
         try:
             for data, source in link.read():
                 self._handler.receive(data, source)
+                if self._link is not link:  # it could not be written to
+                    return
         except LinkLost as error:
             self._lose(error)
 

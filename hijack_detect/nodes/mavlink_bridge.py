@@ -16,6 +16,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.serialization import deserialize_message
 from std_msgs.msg import Bool
 
 from hijack_detect.bags.encoding import encode_sample
@@ -78,11 +79,18 @@ class MavlinkBridge(Node):
             for name in INPUTS
         }
         self._worker = Worker(where, self)
-        for kind, topic, hear, qos in (
-            (DiagnosticArray, "fusion/verdict", self._explain, INTERNAL),
-            (Bool, "hijack_alert", self._hear, NEWS),
-        ):
-            self.create_subscription(kind, topic, hear, qos, qos_overriding_options=OVERRIDES)
+        self._alert, self._verdict = False, b""
+        self.create_subscription(
+            DiagnosticArray,
+            "fusion/verdict",
+            self._keep_verdict,
+            INTERNAL,
+            raw=True,
+            qos_overriding_options=OVERRIDES,
+        )
+        self.create_subscription(
+            Bool, "hijack_alert", self._hear, NEWS, qos_overriding_options=OVERRIDES
+        )
         wall = Clock(clock_type=ClockType.STEADY_TIME)  # a link knows no simulated time
         self.create_timer(REPORT_S, lambda: self._worker.do(self._report), clock=wall)
         self.get_logger().info(f"connects to {where}")
@@ -94,11 +102,22 @@ class MavlinkBridge(Node):
         super().destroy_node()
 
     def _hear(self, message: Bool) -> None:
+        self._alert = message.data
+        if not self._alert:
+            self._verdict = b""
+        elif self._verdict:
+            self._explain(self._verdict)
         self._worker.do(lambda: self._bridge.hear(alert=message.data))
 
-    def _explain(self, message: DiagnosticArray) -> None:
+    def _keep_verdict(self, data: bytes) -> None:
+        """Read a verdict in an alert only: there are fifty in a second."""
+        self._verdict = data
+        if self._alert:
+            self._explain(data)
+
+    def _explain(self, data: bytes) -> None:
         try:
-            found = fusion_cause(message)
+            found = fusion_cause(deserialize_message(data, DiagnosticArray))
         except BadMessage as error:
             self.get_logger().warning(f"fusion/verdict: {error}", throttle_duration_sec=10.0)
             return
