@@ -135,8 +135,8 @@ class Alarm:
         """The alert in as many words as fit."""
         words = ["GPS SPOOFED? hijack alert"]
         if self._cause is not None:
-            names = " ".join(self._cause.detectors)
-            words = [f"GPS SPOOFED? {self._cause.words}", f"GPS SPOOFED? says {names}", *words]
+            names = ", ".join(self._cause.detectors)
+            words = [f"GPS SPOOFED? {self._cause.words}", f"GPS SPOOFED? found by {names}", *words]
         fit = [one for one in words if len(one) <= TEXT_BYTES and one.rstrip() == one]
         return Text(Severity.EMERGENCY, fit[0])
 

@@ -172,7 +172,8 @@ class Bridge:
         if kind == "COMMAND_ACK" and vehicle is None and address_of(message) == self.search.likely:
             self._rates.acknowledge(message.command, message.result, now_ns)
         if vehicle is None or address_of(message) != vehicle.address:
-            self.ignored["messages of others"] += 1
+            if address_of(message) != self.search.likely:
+                self.ignored["messages of others"] += 1
             return
         vehicle.count(message.get_seq())
         self._to = source

@@ -31,8 +31,8 @@ SLEW = 1e-3
 """Largest rate at which the offset is moved."""
 STEP_NS = NANOSECONDS // 4
 """An offset that is wrong by more than this is not moved but set: one of the clocks was."""
-FIRST_NS = NANOSECONDS
-"""So long the first exchange is waited for."""
+FIRST, FIRST_NS = 5, NANOSECONDS
+"""So many exchanges are waited for at first, and so long: the first may be slow ones."""
 LEAP_NS = 2 * NANOSECONDS
 """An own time that far from where it should be is of another clock, or of a damaged message."""
 AGREE = 3
@@ -71,7 +71,8 @@ class AutopilotClock:
         """Begin without an offset.
 
         Args:
-            speed: Seconds of the autopilot in one of the steady clock; 1 but for a simulator.
+            speed: Seconds of the autopilot in one of the steady clock; 1 but for a simulator, in
+                whose time every delay is longer.
         """
         self.epoch, self.why = 0, ""
         self._speed, self._zero_ns = speed, 0
@@ -82,7 +83,7 @@ class AutopilotClock:
         self.newest_ns: int | None = None
         self._heard_ns = 0
         self._began_ns: int | None = None
-        self._offset_ns: float | None = None
+        self._offset_ns: int | None = None
         self._exchanges: deque[_Bounds] = deque()
         self._against: list[_Bounds] = []
         self._quickest: deque[tuple[int, int]] = deque()
@@ -125,7 +126,7 @@ class AutopilotClock:
             return False
         self._requests.remove(request_ns)
         bounds = _Bounds(now_ns, request_ns - own_ns, now_ns - own_ns)
-        if abs(own_ns - self.newest_ns) > LEAP_NS + abs(now_ns - self._heard_ns):
+        if abs(own_ns - self.newest_ns) > LEAP_NS * self._speed + abs(now_ns - self._heard_ns):
             return False
         best = self._best(now_ns)
         if best is None or _overlap(best.at(now_ns), bounds.at(now_ns)):
@@ -165,17 +166,18 @@ class AutopilotClock:
 
     def stamp_ns(self, own_ns: int) -> int | None:
         """Local time of an own time; None until it is known."""
-        return None if self._offset_ns is None else own_ns + round(self._offset_ns)
+        return None if self._offset_ns is None else own_ns + self._offset_ns
 
     def _leapt(self, own_ns: int, now_ns: int) -> bool:
         """Whether an own time cannot be; begins afresh once several agree on that."""
         if self.newest_ns is None:
             return False
         ahead_ns = own_ns - self.newest_ns
-        if -LEAP_NS <= ahead_ns <= LEAP_NS + max(0, now_ns - self._heard_ns):
+        leap_ns = LEAP_NS * self._speed
+        if -leap_ns <= ahead_ns <= leap_ns + max(0, now_ns - self._heard_ns):
             self._leaps = []
             return False
-        near = not self._leaps or 0 <= own_ns - self._leaps[-1] <= LEAP_NS
+        near = not self._leaps or 0 <= own_ns - self._leaps[-1] <= leap_ns
         self._leaps = [*self._leaps, own_ns] if near else [own_ns]
         if len(self._leaps) < AGREE:
             return True
@@ -197,21 +199,22 @@ class AutopilotClock:
     def _follow(self, now_ns: int, elapsed_ns: int) -> None:
         """Move the offset towards what is believed."""
         best = self._best(now_ns)
-        if best is not None:
-            target = (best.low_ns + best.high_ns) / 2
-        elif self._began_ns is not None and now_ns - self._began_ns >= FIRST_NS:
-            target = min(offset for _, offset in self._quickest)
-        else:
+        waits = self._began_ns is None or now_ns - self._began_ns < FIRST_NS * self._speed
+        if self._offset_ns is None and waits and len(self._exchanges) < FIRST:
             return
+        if best is not None and best.high_ns - best.low_ns <= STEP_NS * self._speed:
+            target = (best.low_ns + best.high_ns) // 2
+        else:  # an exchange that is wider says less than the quickest message
+            target = min(offset for _, offset in self._quickest)
         if self._offset_ns is None:
             self._offset_ns = target
             return
         wrong = target - self._offset_ns
-        if abs(wrong) > STEP_NS:
+        if abs(wrong) > STEP_NS * self._speed:
             self._set(f"the clock of the autopilot was off by {wrong / NANOSECONDS:.3f} s")
             self._offset_ns = target
             return
-        most = SLEW * max(0, elapsed_ns)
+        most = round(SLEW * max(0, elapsed_ns))
         self._offset_ns += min(most, max(-most, wrong))
 
 

@@ -149,6 +149,35 @@ def test_a_damaged_time_changes_nothing(own_ns: int) -> None:
     assert world.clock.epoch == 0
 
 
+def test_a_slow_first_exchange_is_not_believed_alone() -> None:
+    world = World(offset_ns=0, fastest_ns=0, slowest_ns=5 * MS, answers=False)
+    world.clock.heard(world.own_ns(world.now_ns), world.now_ns)
+    asked = world.clock.request(world.now_ns)
+    slow = world.now_ns + 900 * MS
+    world.clock.answer(world.own_ns(slow - MS), asked, slow)
+    assert not world.clock.ready
+    world.now_ns = slow
+    world.answers = True
+    world.fly(8.0)
+    assert world.clock.epoch == 0
+    assert max(abs(world.error_ns(*one)) for one in world.stamps[200:]) < 460 * MS
+
+
+def test_a_simulator_may_run_faster_than_life() -> None:
+    clock, speed = AutopilotClock(speed=10.0), 10
+    stamps = []
+    for tick in range(400):
+        now, own = 1000 * SECOND + tick * 5 * MS, 7 * SECOND + tick * 5 * MS * speed
+        clock.heard(own, now + (tick % 3) * MS)
+        if tick % 20 == 0:
+            asked = clock.request(now)
+            clock.answer(own + speed * MS, asked, now + 2 * MS)
+        if (stamp := clock.stamp_ns(own)) is not None:
+            stamps.append(stamp - own)
+    assert (clock.epoch, len(stamps) > 250) == (0, True)
+    assert max(stamps) - min(stamps) < MS
+
+
 def test_answers_that_nobody_asked_for_or_of_another_clock_are_ignored() -> None:
     world = World(offset_ns=0, answers=False)
     assert not world.clock.answer(5, 5, 6)
