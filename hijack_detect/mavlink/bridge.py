@@ -77,6 +77,7 @@ class Bridge:
         self._ask_ns, self._asked = 0, set[str]()
         self._epoch = 0
         self._alive = False
+        self._told: Text | None = None
         self._to: Address = None
         self._heartbeat_ns = self._sync_ns = 0
         self._syncs = 0
@@ -255,7 +256,9 @@ class Bridge:
     def _tell(self, texts: list[Text]) -> None:
         for one in texts:
             self._outside.send(self._codec.text(one.severity, one.text), self._to)
-            self._say("info", f"told the ground station: {one.text}")
+            if one != self._told:  # not each repetition
+                self._say("info", f"told the ground station: {one.text}")
+            self._told = one
 
     def _command(self, target: ADDRESS, order: Order, confirmation: int) -> None:
         self._send("command_long", *target, order.command, confirmation, *order.params)

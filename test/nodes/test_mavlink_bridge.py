@@ -90,7 +90,7 @@ def highres(mavlink: Any) -> Iterator[tuple[int, Any]]:
         yield at, mavlink.MAVLink_scaled_imu_message(at // 1000, *[1] * 9)
         if index % 20 == 0:
             place = (-481234567, -112345678, -12400)
-            gps = (at - GPS_LATE_US, 2 if index == 400 else 3, *place, 120, 65535, 500, 9000, 255)
+            gps = (at - GPS_LATE_US, 2 if index == 100 else 3, *place, 120, 65535, 500, 9000, 255)
             yield at, mavlink.MAVLink_gps_raw_int_message(*gps)
 
 
@@ -216,7 +216,7 @@ def test_ardupilot_in_mavlink_1(fly: Fly) -> None:
 def test_px4_in_mavlink_2_with_time_synchronised(fly: Fly) -> None:
     flight = fly(schedule=highres, dialect="common", autopilot="PX4", system=7)
     flight.start(own_component=192, command="hold")
-    flight.until_it_flies(450)
+    flight.until_it_flies(200)
     heard = {topic: listener.messages for topic, listener in flight.heard.items()}
     imu = heard["imu/data_raw"][-1]
     force, rate = imu.linear_acceleration, imu.angular_velocity
