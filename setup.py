@@ -106,6 +106,8 @@ setup(
         "live": ["tornado>=6.4"],
         # Logs of PX4 and ArduPilot.
         "logs": ["pymavlink>=2.4.40", "pyulog>=1.0"],
+        # The node mavlink_bridge.
+        "mavlink": ["pymavlink>=2.4.40", "pyserial>=3.5"],
         # colcon test looks for this name.
         "test": [
             "hypothesis",

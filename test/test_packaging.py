@@ -31,6 +31,7 @@ LOCKED = re.compile(r"([a-z0-9-]+)==[^ ]+( ; [^;]+?)?( --hash=sha256:[0-9a-f]{64
 DISTRIBUTIONS = {
     "backports": "backports-zstd",
     "pydantic_core": "pydantic",
+    "serial": "pyserial",
     "upath": "universal-pathlib",
     "yaml": "pyyaml",
 }
@@ -217,7 +218,7 @@ def test_locks_hold_what_the_locked_packages_require() -> None:
 
 def test_imported_packages_are_declared(metadata: importlib.metadata.Distribution) -> None:
     declared = {element.text for element in ET.parse(ROOT / "package.xml").iter("exec_depend")}
-    for extra in ("analysis", "corpora", "live", "logs"):
+    for extra in ("analysis", "corpora", "live", "logs", "mavlink"):
         declared |= required(metadata, extra)
     for name in sorted(imported()):
         assert DISTRIBUTIONS.get(name, name) in declared, f"{name} is imported and not declared"

@@ -28,10 +28,7 @@ class Survivor:
             node: Full name of the node.
             survive_s: Longest time between the last sign of life and a new start, s.
         """
-        home = Path(os.environ.get("ROS_HOME") or Path.home() / ".ros")
-        domain = os.environ.get("ROS_DOMAIN_ID") or "0"
-        name = f"alert-{domain}{node.replace('/', '-')}.json"
-        self.path = home / "hijack_detect" / name
+        self.path = state_path("alert", node)
         self._survive_s = survive_s
 
     def write(self, alert: Latched) -> None:
@@ -41,7 +38,7 @@ class Survivor:
             OSError: The file cannot be written.
         """
         self.path.parent.mkdir(parents=True, exist_ok=True)
-        told = {"boot": _boot(), "alive_s": _uptime_s(), "alert": asdict(alert)}
+        told = {"boot": boot_id(), "alive_s": _uptime_s(), "alert": asdict(alert)}
         part = self.path.with_suffix(".part")
         part.write_text(json.dumps(told) + "\n", encoding="utf-8")
         part.replace(self.path)
@@ -51,7 +48,7 @@ class Survivor:
         try:
             told = json.loads(self.path.read_text(encoding="utf-8"))
             age_s = _uptime_s() - float(told["alive_s"])
-            if told["boot"] != _boot() or not 0.0 <= age_s <= self._survive_s:
+            if told["boot"] != boot_id() or not 0.0 <= age_s <= self._survive_s:
                 return None
             alert = told["alert"]
             return Latched(
@@ -68,7 +65,15 @@ class Survivor:
         self.path.unlink(missing_ok=True)
 
 
-def _boot() -> str:
+def state_path(what: str, node: str) -> Path:
+    """Where a node keeps something beyond its end; by ROS domain and its full name."""
+    home = Path(os.environ.get("ROS_HOME") or Path.home() / ".ros")
+    domain = os.environ.get("ROS_DOMAIN_ID") or "0"
+    return home / "hijack_detect" / f"{what}-{domain}{node.replace('/', '-')}.json"
+
+
+def boot_id() -> str:
+    """Which start of the machine this is; empty where that is not known."""
     return BOOT.read_text(encoding="ascii").strip() if BOOT.is_file() else ""
 
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from typing import Any
 
@@ -19,6 +20,7 @@ from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.nodes.messages import (
     LEVELS,
     course_message,
+    fusion_cause,
     fusion_message,
     imu_message,
     time_message,
@@ -187,6 +189,12 @@ def test_a_result_of_the_fusion_as_message() -> None:
         "date.state": "alarm",
         "date.margin": "2.0",
     }
+    assert fusion_cause(fusion_message(result)) == ("4", "cause", ("date",))
+    quiet = dataclasses.replace(result, alert=False, alert_since_ns=None)
+    assert fusion_cause(fusion_message(quiet)) is None
+    for wrong in (verdict_message(alarm), DiagnosticArray()):
+        with pytest.raises(BadMessage):
+            fusion_cause(wrong)
 
 
 def test_an_imu_message_says_which_sensor_readings_it_carries() -> None:

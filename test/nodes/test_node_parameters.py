@@ -292,6 +292,18 @@ TOPICS = {
     ),
     "bag_replay": ("/clock", "spoof_active", "~/position", "~/pause", "scenario"),
     "gps_spoofer": ("gps/fix_in", "gps/vel_in", "gps/satellites_in", "~/offset", "mode", "soft"),
+    "mavlink_bridge": (
+        "imu/data_raw",
+        "gps/fix",
+        "gps/satellites",
+        "mag",
+        "pressure",
+        "/diagnostics",
+        "hijack_alert",
+        "fusion/verdict",
+        "STATUSTEXT",
+        "user_1",
+    ),
 }
 
 

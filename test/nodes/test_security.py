@@ -16,6 +16,7 @@ from hijack_detect.nodes.running import EXIT_BAD_INPUT
 from hijack_detect.nodes.security import unprotected
 
 POLICIES = ROOT / "config/sros2"
+BESIDE = ("recorder", "gps_spoofer", "mavlink_bridge")
 ASKED = {"ROS_SECURITY_ENABLE": "true"}
 Right = tuple[str, str, str]
 """Topic or service, what may be done, and its full name."""
@@ -97,13 +98,13 @@ def held(graph: Graph, node: str, space: str) -> set[Right]:
 def test_the_policies_allow_what_the_running_nodes_have_and_no_more(graph: Graph) -> None:
     """The monitor's nodes, each a process, and beside them all in one process."""
     space = "/composed"
-    processes = [graph.start(name) for name in (*MONITOR, "recorder", "gps_spoofer")]
+    processes = [graph.start(name) for name in (*MONITOR, *BESIDE)]
     paused = {"bag": ROOT / "bags/curved_8", "start_paused": True}
     processes.append(graph.start("bag_replay", parameters=paused))
     processes.append(graph.run("examples.mission_manager", "--ros-args"))
     processes.append(graph.run("hijack_detect.cli.main", "live", "--port", "0"))
     processes.append(graph.start(COMPOSED, "-r", f"__ns:={space}"))
-    alone = (*MONITOR, "recorder", "gps_spoofer", "bag_replay", "mission_manager", "live")
+    alone = (*MONITOR, *BESIDE, "bag_replay", "mission_manager", "live")
     wanted: dict[tuple[str, str], set[Right]] = {}
     for name in alone:
         for node, right in allowed(name, ""):

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from hijack_detect.evaluation.monitor.graph import MonitorParameters
+from hijack_detect.mavlink.parameters import BridgeParameters
 from hijack_detect.parameters import ParameterError, Parameters
 from hijack_detect.recording.parameters import RecorderParameters
 from hijack_detect.spoofing.live_parameters import SpooferParameters
@@ -32,6 +33,7 @@ NODE_FIELDS = {
 BESIDE: Mapping[str, type[Parameters]] = {
     "recorder": RecorderParameters,
     "gps_spoofer": SpooferParameters,
+    "mavlink_bridge": BridgeParameters,
 }
 """Parameters of the nodes beside the monitor. They say nothing of what the monitor decides."""
 

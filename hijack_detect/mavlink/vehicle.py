@@ -1,0 +1,85 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
+"""Which system on a link is the autopilot."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from types import ModuleType
+from typing import Any
+
+from hijack_detect.mavlink.orders import Kind
+
+ADDRESS = tuple[int, int]
+"""System and component."""
+
+
+@dataclass
+class Vehicle:
+    """The autopilot: its address, what it is, and when its newest heartbeat came (ns)."""
+
+    address: ADDRESS
+    kind: Kind
+    heartbeat_ns: int
+    lost: int = 0
+    last_sequence: int | None = None
+
+    def count(self, sequence: int) -> None:
+        """Count the messages that are missing before one; late ones are no gap."""
+        if self.last_sequence is not None:
+            gap = (sequence - self.last_sequence - 1) % 256
+            if gap >= 128:
+                return
+            self.lost += gap
+        self.last_sequence = sequence
+
+
+class Search:
+    """Finds the autopilot: who has a heartbeat of one, and then sends an IMU.
+
+    The first is kept for good. Whoever comes later, or has another number than is wanted, gets
+    no command, and none of its messages is used.
+    """
+
+    def __init__(self, wanted: int, mavlink: ModuleType) -> None:
+        """Want a system; 0 takes the first."""
+        self._wanted, self._mavlink = wanted, mavlink
+        self._candidates: dict[ADDRESS, tuple[Kind, int]] = {}
+        self.found: Vehicle | None = None
+
+    @property
+    def likely(self) -> ADDRESS | None:
+        """Who is asked to send an IMU: the one found, or else the first with a heartbeat."""
+        if self.found is not None:
+            return self.found.address
+        return next(filter(self._is_wanted, self._candidates), None)
+
+    def heartbeat(self, message: Any, now_ns: int) -> ADDRESS | None:
+        """Take a HEARTBEAT; returns who is another autopilot than the one found."""
+        none, station = self._mavlink.MAV_AUTOPILOT_INVALID, self._mavlink.MAV_TYPE_GCS
+        if message.autopilot == none or message.type == station:
+            return None
+        address = address_of(message)
+        kind = Kind(int(message.autopilot), int(message.type))
+        if self.found is not None and address == self.found.address:
+            self.found.kind, self.found.heartbeat_ns = kind, now_ns
+            return None
+        self._candidates[address] = (kind, now_ns)
+        return address if self.found is not None or not self._is_wanted(address) else None
+
+    def imu(self, message: Any) -> bool:
+        """Take a message with an IMU; whether it has made its sender the one that is found."""
+        address = address_of(message)
+        if self.found is not None or address not in self._candidates:
+            return False
+        if not self._is_wanted(address):
+            return False
+        self.found = Vehicle(address, *self._candidates[address])
+        return True
+
+    def _is_wanted(self, address: ADDRESS) -> bool:
+        return self._wanted in (0, address[0])
+
+
+def address_of(message: Any) -> ADDRESS:
+    """Who sent a message."""
+    return message.get_srcSystem(), message.get_srcComponent()
