@@ -4,22 +4,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 from hijack_detect.bags.errors import BagError
 from hijack_detect.bags.topics import TYPES
 from hijack_detect.logs import px4
-from hijack_detect.logs.frames import flu
 from hijack_detect.logs.logged import Logged, Notes, Wanted
-from hijack_detect.logs.units import GAUSS_T
-from hijack_detect.streams.messages import CONVERTERS, BadMessage
-from hijack_detect.streams.samples import (
-    ImuSample,
-    MagneticSample,
-    PressureSample,
-)
+from hijack_detect.streams.messages import CONVERTERS, BadMessage, check
 
 STANDARD = {kind: name for name, kind in TYPES.items() if name != "satellites"}
 
@@ -44,7 +36,7 @@ def _chosen(path: Path, connections: Any, wanted: Wanted, notes: Notes) -> dict[
     numbers = {"imu": wanted.imu, "fix": wanted.gps, "velocity": wanted.gps}
     topics: dict[str, list[str]] = {}
     for one in sorted(connections, key=lambda one: str(one.topic)):
-        name = STANDARD.get(one.msgtype) or PX4.get(one.msgtype)
+        name = STANDARD.get(one.msgtype) or px4.INPUTS.get(one.msgtype)
         if name is None:
             notes.skipped[f"{one.topic}: {one.msgtype} is no input"] += one.msgcount
         elif one.topic not in topics.setdefault(name, []):
@@ -65,33 +57,11 @@ def _chosen(path: Path, connections: Any, wanted: Wanted, notes: Notes) -> dict[
 
 
 def _logged(name: str, kind: str, message: Any) -> Iterator[Logged]:
-    if kind in PX4:
-        yield from _px4(name, message)
+    if kind in px4.INPUTS:
+        stamp_ns = px4.stamp_us(name, message) * 1000
+        for one in px4.readings(name, message, stamp_ns):
+            check(one.value)
+            yield one
     else:
         sample = CONVERTERS[name](message)
         yield Logged(name, sample.stamp_ns, sample)
-
-
-PX4 = {
-    "px4_msgs/msg/SensorCombined": "imu",
-    "px4_msgs/msg/SensorGps": "fix",
-    "px4_msgs/msg/VehicleMagnetometer": "mag",
-    "px4_msgs/msg/VehicleAirData": "pressure",
-}
-
-
-def _px4(name: str, message: Any) -> Iterator[Logged]:
-    """Readings of a message of PX4, whose stamp is in microseconds."""
-    stamp_ns = int(message.timestamp) * 1000
-    if name == "imu":
-        gyro, force = flu(*message.gyro_rad), flu(*message.accelerometer_m_s2)
-        yield Logged(name, stamp_ns, ImuSample(stamp_ns, gyro, force))
-    elif name == "mag":
-        field = flu(*(float(one) * GAUSS_T for one in message.magnetometer_ga))
-        yield Logged(name, stamp_ns, MagneticSample(stamp_ns, field))
-    elif name == "pressure":
-        pascal = float(message.baro_pressure_pa)
-        yield Logged(name, stamp_ns, PressureSample(stamp_ns, pascal))
-    else:
-        in_degrees = hasattr(message, px4.IN_DEGREES)
-        yield from px4.gps(stamp_ns, partial(getattr, message), in_degrees=in_degrees)
