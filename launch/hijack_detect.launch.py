@@ -7,7 +7,8 @@
 
 Arguments: `uav` namespace of the vehicle, `policy` default or paper, `params_file` a parameter
 file instead of the policy's, `composed` all nodes in one process, `mavros` takes the inputs from
-mavros' topics, `record` starts the recorder (journal and black box) too, `use_sim_time`.
+mavros' topics, `record` starts the recorder (journal and black box) too, `use_sim_time`, `px4`
+starts px4_bridge too, which takes the inputs from PX4 over uXRCE-DDS.
 """
 
 from __future__ import annotations
@@ -32,6 +33,7 @@ ARGUMENTS = (
     ("mavros", "false", "Take the inputs from the topics of mavros."),
     ("record", "false", "Keep a journal, and a bag around each alert, with the node recorder."),
     ("use_sim_time", "false", "Use /clock, as a replay publishes it."),
+    ("px4", "false", "Take the inputs from PX4 over uXRCE-DDS, with the node px4_bridge."),
 )
 
 
@@ -51,6 +53,8 @@ def nodes(context: LaunchContext) -> list[LaunchDescriptionEntity]:
     names = (COMPOSED,) if given("composed") == "true" else MONITOR
     if given("record") == "true":
         names = (*names, "recorder")
+    if given("px4") == "true":
+        names = (*names, "px4_bridge")
     own = PathJoinSubstitution([FindPackageShare(PACKAGE), "config", f"{given('policy')}.yaml"])
     return [
         Node(

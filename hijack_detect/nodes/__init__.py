@@ -17,4 +17,4 @@ MONITOR = (
     "fusion",
 )
 COMPOSED = "all"
-NODES = (*MONITOR, COMPOSED, "bag_replay", "gps_spoofer", "recorder")
+NODES = (*MONITOR, COMPOSED, "bag_replay", "gps_spoofer", "recorder", "px4_bridge")

@@ -284,6 +284,7 @@ TOPICS = {
     ),
     "bag_replay": ("/clock", "spoof_active", "~/position", "~/pause", "scenario"),
     "gps_spoofer": ("gps/fix_in", "gps/vel_in", "gps/satellites_in", "~/offset", "mode", "soft"),
+    "px4_bridge": ("sensor_combined", "vehicle_gps_position", "gps/satellites", "pressure", "_v1"),
 }
 
 
