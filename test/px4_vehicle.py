@@ -7,12 +7,16 @@ monitor has to hear of it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from ros import Graph
+from geometry_msgs.msg import TwistStamped
+from live import values_of
+from ros import Graph, Listener
+from sensor_msgs.msg import FluidPressure, Imu, MagneticField, NavSatFix
+from std_msgs.msg import UInt32
 
 from hijack_detect.nodes.qos import SENSOR
 from hijack_detect.streams.samples import (
@@ -30,6 +34,14 @@ TOPICS = {
     "fix": ("vehicle_gps_position", "SensorGps"),
     "mag": ("vehicle_magnetometer", "VehicleMagnetometer"),
     "pressure": ("vehicle_air_data", "VehicleAirData"),
+}
+OUTPUTS = {
+    "imu": (Imu, "imu/data_raw"),
+    "fix": (NavSatFix, "gps/fix"),
+    "velocity": (TwistStamped, "gps/vel"),
+    "satellites": (UInt32, "gps/satellites"),
+    "mag": (MagneticField, "mag"),
+    "pressure": (FluidPressure, "pressure"),
 }
 EVERY_TOPIC = dict.fromkeys(TOPICS, "")
 """No version behind the name of any."""
@@ -122,32 +134,37 @@ def heard(samples: Sequence[tuple[str, Sample]], shift_ns: int) -> list[tuple[st
         if isinstance(one, ImuSample):
             rate = tuple(map(single, one.angular_velocity))
             force = tuple(map(single, one.specific_force))
-            found.append((name, ImuSample(stamp_ns, rate, force)))  # type: ignore[arg-type]
+            found.append((name, ImuSample(stamp_ns, rate, force)))
         elif isinstance(one, VelocitySample):
-            found.append((name, VelocitySample(stamp_ns, tuple(map(single, one.velocity)))))  # type: ignore[arg-type]
+            found.append((name, VelocitySample(stamp_ns, tuple(map(single, one.velocity)))))
         elif isinstance(one, MagneticSample):
             field = tuple(single(value * 1e4) * 1e-4 for value in one.field)
-            found.append((name, MagneticSample(stamp_ns, field)))  # type: ignore[arg-type]
+            found.append((name, MagneticSample(stamp_ns, field)))
         elif isinstance(one, PressureSample):
             found.append((name, PressureSample(stamp_ns, single(one.pressure_pa))))
         else:
-            found.append((name, replace(one, stamp_ns=stamp_ns)))  # type: ignore[type-var]
+            found.append((name, replace(one, stamp_ns=stamp_ns)))
     return found
+
+
+def said(told: Listener, space: str, topic: str) -> tuple[str, dict[str, str]]:
+    """The newest that a bridge says of a topic on /diagnostics: sentence and values."""
+    name = f"{space}/px4_bridge: {space}/fmu/out/{topic}"
+    found = [one for array in told.messages for one in array.status if one.name == name]
+    return (found[-1].message, values_of(found[-1])) if found else ("", {})
 
 
 class Vehicle:
     """The publishers of one PX4: best effort and volatile, as its client makes them."""
 
     def __init__(
-        self, graph: Graph, space: str = "", versions: dict[str, str] | None = None
+        self, graph: Graph, space: str = "", versions: Mapping[str, str] = EVERY_TOPIC
     ) -> None:
-        self._graph = graph
         self.outputs = {
             name: graph.node.create_publisher(
-                kind(name), f"{space}/fmu/out/{topic}{(versions or {}).get(name, '')}", SENSOR
+                kind(name), f"{space}/fmu/out/{TOPICS[name][0]}{version}", SENSOR
             )
-            for name, (topic, _) in TOPICS.items()
-            if versions is None or name in versions
+            for name, version in versions.items()
         }
 
     def met(self) -> bool:

@@ -17,6 +17,7 @@ from collections.abc import Callable
 from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message, serialize_message
+from rclpy.type_support import check_for_type_support
 
 from hijack_detect.bags.encoding import encode_sample
 from hijack_detect.bags.topics import OWN_TOPICS, TYPES
@@ -118,7 +119,9 @@ class Px4Bridge(Node):
             needed = feed.topic.name in NEEDED and publishers == 0
             bad = DiagnosticStatus.ERROR if needed else DiagnosticStatus.WARN
             self._diagnostics.tell(full, DiagnosticStatus.OK if well else bad, text, values)
-        self._report_clock()
+        well, text, values = self._px4_clock.report()
+        level = DiagnosticStatus.OK if well else DiagnosticStatus.WARN
+        self._diagnostics.tell("clock", level, text, values)
 
     def _topics_of(self, feed: Feed) -> list[str]:
         return [topic for topic, of in self._heard.items() if of is feed]
@@ -145,25 +148,22 @@ class Px4Bridge(Node):
     def _warn(self, text: str) -> None:
         self.get_logger().warning(text)
 
-    def _report_clock(self) -> None:
-        clock = self._px4_clock
-        values = {
-            "timestamps count from": clock.kind.value,
-            "offset s": "" if clock.offset_ns is None else f"{clock.offset_ns * 1e-9:.6f}",
-            "behind the system clock s": f"{clock.late_ns * 1e-9:.3f}",
-            "restarts": str(clock.restarts),
-        }
-        text = f"PX4's timestamps count from: {clock.kind.value}"
-        self._diagnostics.tell("clock", DiagnosticStatus.OK, text, values)
-
 
 def _px4_class(topic: Px4Topic) -> type:
+    """The class of a topic's messages, which can be used."""
     kind: type | None = message_class(topic.msgtype)
     if kind is None:
         raise ValueError(
             f"px4_bridge needs {topic.msgtype} of the package {PACKAGE}, which is not installed: "
             f"{GET_PX4_MSGS}"
         )
+    try:
+        check_for_type_support(kind)
+    except Exception as error:  # the loader's, or what rclpy makes of it
+        raise ValueError(
+            f"px4_bridge cannot load {topic.msgtype} ({error}): build {PACKAGE} again with this "
+            "ROS and this Python, and source its install/setup.bash"
+        ) from error
     return kind
 
 

@@ -13,7 +13,7 @@ ALIGN_US = 1_000_000
 BACK_US = 1_000_000
 """A topic whose time goes back further has a clock that began anew."""
 FAR_NS = 1_000_000_000
-"""UTC of the agent that is further from the system clock is worth a word."""
+"""Stamps that are further from the system clock are worth a word."""
 
 
 class Kind(Enum):
@@ -75,6 +75,19 @@ class Px4Clock:
         stamp_ns = time_us * 1000 + (self.offset_ns or 0)
         self.late_ns = arrived_ns - stamp_ns
         return stamp_ns
+
+    def report(self) -> tuple[bool, str, dict[str, str]]:
+        """Whether all is well, a sentence, and values for /diagnostics."""
+        values = {
+            "timestamps count from": self.kind.value,
+            "offset s": "" if self.offset_ns is None else f"{self.offset_ns * 1e-9:.6f}",
+            "behind the system clock s": f"{self.late_ns * 1e-9:.3f}",
+            "restarts": str(self.restarts),
+        }
+        text = f"PX4's timestamps count from: {self.kind.value}"
+        if abs(self.late_ns) <= FAR_NS:
+            return True, text, values
+        return False, f"{text}; stamps are {self.late_ns * 1e-9:.1f} s behind this clock", values
 
     def _begin(self, kind: Kind, time_us: int, arrived_ns: int) -> None:
         self.kind, self._first_us = kind, time_us

@@ -21,6 +21,8 @@ class OtherVersion(BadMessage):
 
 PADDING = 4
 """Encoders may fill up the last word of a message, or not."""
+SILENT_S = 3.0
+"""A topic from which nothing came for so long is silent: no receiver is slower than 1 Hz."""
 
 
 @dataclass
@@ -42,6 +44,7 @@ class Feed:
     left_out: Counter[str] = field(default_factory=Counter)
     stamp_ns: int | None = None
     _reported: tuple[int, int] = (0, 0)
+    _silent_s: float = 0.0
 
     def check_size(self, data: bytes) -> None:
         """Hold the size of a message to that of the installed type.
@@ -87,6 +90,7 @@ class Feed:
         refused = sum(self.left_out.values())
         came, bad = self.received - self._reported[0], refused - self._reported[1]
         self._reported = (self.received, refused)
+        self._silent_s = 0.0 if came else self._silent_s + seconds
         values = {
             "publishers": str(publishers),
             "rate Hz": f"{came / seconds:.1f}",
@@ -98,7 +102,7 @@ class Feed:
             well = self.topic.name not in NEEDED
             return well, f"nobody publishes it: {MISSING[self.topic.name]}", values
         if bad:
-            return False, f"left out in the last second: {bad} of {came} messages", values
-        if came == 0:
+            return False, f"left out since the last report: {bad} of {came} messages", values
+        if self._silent_s >= SILENT_S:
             return False, "there is a publisher, and nothing comes", values
         return True, f"{came / seconds:.1f} Hz", values

@@ -1,183 +1,28 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""The node px4_bridge between a PX4 and the monitor, with real px4_msgs over DDS."""
+"""The node px4_bridge alone: values, versions, clocks, bad messages, and no px4_msgs."""
 
 from __future__ import annotations
 
 import itertools
 import math
+import os
+import shutil
 import time
-from collections import Counter
 from pathlib import Path
 from typing import Any
 
 import px4_vehicle
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import QuaternionStamped, TwistStamped
-from live import SECOND, assert_same, offline, stamp_ns, values_of
-from px4_vehicle import Vehicle
+from live import SECOND, stamp_ns
+from px4_vehicle import OUTPUTS, Vehicle, said
 from px4_workspace import workspace
 from rclpy.serialization import serialize_message
-from ros import ROOT, Graph, Listener
-from sensor_msgs.msg import FluidPressure, Imu, MagneticField, NavSatFix
-from std_msgs.msg import UInt32
-from test_security import allowed, held
+from ros import ROOT, Graph
 
-from hijack_detect.bags.reader import BagReader
-from hijack_detect.evaluation.monitor.graph import DETECTORS, Monitor
-from hijack_detect.evaluation.monitor.offline import (
-    FlightNotes,
-    OfflineRun,
-    run_samples,
-    spoofed_samples,
-)
-from hijack_detect.evaluation.monitor.policies import policy_parameters
-from hijack_detect.nodes.messages import verdict_message
 from hijack_detect.nodes.running import EXIT_BAD_INPUT
-from hijack_detect.spoofing.scenario import load_scenario
-from hijack_detect.streams.samples import Sample
 
-BAG = ROOT / "bags/curved_8"
-SCENARIO = ROOT / "config/scenarios/turn_away.yaml"
-AHEAD = 3
-"""So many fixes the vehicle is ahead of the monitor: best effort keeps little on its way."""
-ALIGNED_NS = SECOND
-BOOT_US = 37_500_000
-NEAR_NS = SECOND // 2
-Flight = list[tuple[str, Sample]]
-OUTPUTS = {
-    "imu": (Imu, "imu/data_raw"),
-    "fix": (NavSatFix, "gps/fix"),
-    "velocity": (TwistStamped, "gps/vel"),
-    "satellites": (UInt32, "gps/satellites"),
-    "mag": (MagneticField, "mag"),
-    "pressure": (FluidPressure, "pressure"),
-}
-
-
-def said(told: Listener, space: str, topic: str) -> tuple[str, dict[str, str]]:
-    """The newest that a bridge says of a topic on /diagnostics: sentence and values."""
-    name = f"{space}/px4_bridge: {space}/fmu/out/{topic}"
-    found = [one for array in told.messages for one in array.status if one.name == name]
-    return (found[-1].message, values_of(found[-1])) if found else ("", {})
-
-
-class Ride:
-    """One PX4 in a namespace, its bridge, the monitor behind it, and what that says."""
-
-    def __init__(self, graph: Graph, space: str, flight: Flight, boot_us: int | None) -> None:
-        self.space, self.flight = space, flight
-        self.from_ns = 0 if boot_us is None else flight[0][1].stamp_ns - boot_us * 1000
-        self.sent = px4_vehicle.messages(flight, self.from_ns)
-        self.vehicle = Vehicle(graph, space)
-        replay = (ROOT / "config/replay.yaml").read_text()
-        file = Path(graph.home.name, f"{space.strip('/')}.yaml")
-        file.write_text(replay.replace("      /", f"      {space}/"))
-        files = ["--params-file", str(ROOT / "config/default.yaml"), "--params-file", str(file)]
-        place = ("-r", f"__ns:={space}")
-        self.nodes = [
-            graph.start("px4_bridge", *place),
-            graph.start("all", *place, *files, "-p", "monitor:publish_rate:=0.0"),
-        ]
-        self.fixes = graph.listen(NavSatFix, f"{space}/gps/fix")
-        self.courses = graph.listen(QuaternionStamped, f"{space}/gps/course")
-        self.verdicts = {
-            name: graph.listen(DiagnosticArray, f"{space}/{name}/verdict")
-            for name in (*DETECTORS, "fusion")
-        }
-
-    def ready(self, graph: Graph, told: Listener) -> bool:
-        """Whether all know each other."""
-        inputs = [f"{self.space}/{topic}" for _, topic in OUTPUTS.values()]
-        return (
-            self.vehicle.met()
-            and all(map(graph.node.count_subscribers, inputs))
-            and all(one.get("publishers") == "1" for one in self.said(told))
-        )
-
-    def said(self, told: Listener) -> list[dict[str, str]]:
-        """What the bridge says of each topic."""
-        topics = (topic for topic, _ in px4_vehicle.TOPICS.values())
-        return [said(told, self.space, topic)[1] for topic in topics]
-
-    def received(self, told: Listener) -> dict[str, int]:
-        """How many messages of each topic the bridge has."""
-        counts = (int(one.get("received", 0)) for one in self.said(told))
-        return dict(zip(px4_vehicle.TOPICS, counts, strict=True))
-
-    def behind(self, fixes: int) -> int:
-        """How many of the fixes that were sent the monitor has not used; it gets none at first."""
-        aligning = 5 if self.from_ns else 0
-        return fixes - aligning - len(self.courses.messages)
-
-    def shift_ns(self) -> int:
-        """How far all stamps are moved."""
-        times = [us * 1000 for name, us, _ in self.sent if name == "fix"]
-        stamps = [stamp_ns(one) for one in self.fixes.messages]
-        used = times[len(times) - len(stamps) :]
-        moved = {ours - theirs for ours, theirs in zip(stamps, used, strict=True)}
-        assert len(moved) == 1, "nothing was lost, and the spacing of the stamps is PX4's"
-        return moved.pop() - self.from_ns
-
-    def expected(self, shift_ns: int) -> OfflineRun:
-        """What the monitor says offline of what it has to hear."""
-        first_ns = self.flight[0][1].stamp_ns + (ALIGNED_NS if self.from_ns else 0)
-        kept = [one for one in self.flight if one[1].stamp_ns >= first_ns]
-        samples = px4_vehicle.heard(kept, shift_ns)
-        run = OfflineRun(samples[0][1].stamp_ns)
-        return run_samples(samples, Monitor(policy_parameters("default")), run)
-
-
-@pytest.mark.slow
-def test_a_flight_over_px4_msgs_gives_the_same_verdicts(graph: Graph) -> None:
-    """Two vehicles at once: one whose agent synchronises, and one whose times count from boot."""
-    graph.environment = workspace()
-    with BagReader(BAG) as reader:
-        notes = FlightNotes(reader.start_ns)
-        flight = [*spoofed_samples(reader, load_scenario(SCENARIO), notes)]
-    rides = [Ride(graph, "/uav1", flight, None), Ride(graph, "/uav2", flight, BOOT_US)]
-    told = graph.listen(DiagnosticArray, "/diagnostics")
-    graph.spin_until(lambda: all(ride.ready(graph, told) for ride in rides), "all nodes", 60.0)
-
-    fixes = 0
-
-    def followed() -> bool:
-        return all(ride.behind(fixes) <= AHEAD for ride in rides)
-
-    for (name, _, synchronised), (_, _, since_boot) in zip(*(r.sent for r in rides), strict=True):
-        rides[0].vehicle.send(name, synchronised)
-        rides[1].vehicle.send(name, since_boot)
-        if name == "fix":
-            fixes += 1
-            graph.spin_until(followed, "the monitor to follow")
-    sent = Counter(name for name, _, _ in rides[0].sent)
-    graph.spin_until_quiet()
-
-    direct = first_alert(offline(BAG, "default", SCENARIO))
-    for ride in rides:
-        shift_ns = ride.shift_ns()
-        assert (shift_ns == 0) == (ride.from_ns == 0)
-        run = ride.expected(shift_ns)
-        for name in DETECTORS:
-            heard = ride.verdicts[name].messages
-            wanted = [verdict_message(one) for one in run.verdicts[name]]
-            assert abs(len(heard) - len(wanted)) <= 1, "the last fix of a flight waits for the next"
-            assert_same(name, heard[: len(wanted)], wanted[: len(heard)])
-        alert = next(
-            one for one in ride.verdicts["fusion"].messages if values_of(one)["alert"] == "true"
-        )
-        assert stamp_ns(alert) == first_alert(run)
-        assert abs(stamp_ns(alert) - shift_ns - direct) < NEAR_NS
-        graph.spin_until(lambda ride=ride: ride.received(told) == sent, "a report of all")
-        rights = {right for _, right in allowed("px4_bridge", ride.space)}
-        assert held(graph, "px4_bridge", ride.space) == rights
-        assert all(node.interrupt() == 0 for node in ride.nodes)
-    assert "UTC, synchronised by the agent" in rides[0].nodes[0].output
-    assert "count from its start" in rides[1].nodes[0].output
-
-
-def first_alert(run: OfflineRun) -> int:
-    return next(one.stamp_ns for one in run.results if one.alert)
+UTC_US = 1_750_000_000_123_456
 
 
 class Bridge:
@@ -203,9 +48,6 @@ class Bridge:
 
         self.graph.spin_until(found, f"{values} of {topic}")
         return said(self.told, "", topic)[0]
-
-
-UTC_US = 1_750_000_000_123_456
 
 
 def combined(time_us: int, x: float = 0.5) -> Any:
@@ -312,3 +154,18 @@ def test_without_px4_msgs_it_ends_with_two_and_says_how_to_get_it(graph: Graph) 
     assert node.wait() == EXIT_BAD_INPUT
     assert len(node.output.splitlines()) == 1
     assert "git clone -b release/1.16 https://github.com/PX4/px4_msgs" in node.output
+
+
+def test_px4_msgs_that_cannot_be_loaded_is_told(graph: Graph, tmp_path: Path) -> None:
+    """As one that was built for another ROS."""
+    prefix = Path(workspace()["AMENT_PREFIX_PATH"].split(os.pathsep)[0])
+    shutil.copytree(prefix / "lib", tmp_path / "lib")
+    for library in (tmp_path / "lib").glob("lib*.so"):
+        library.unlink()
+    packages = next((tmp_path / "lib").glob("python3*/site-packages"))
+    graph.environment = {"PYTHONPATH": f"{ROOT}{os.pathsep}{packages}"}
+    node = graph.start("px4_bridge")
+    assert node.wait() == EXIT_BAD_INPUT
+    (line,) = node.output.splitlines()
+    assert "px4_bridge cannot load px4_msgs/msg/SensorCombined (" in line
+    assert "build px4_msgs again" in line

@@ -74,6 +74,9 @@ def test_utc_of_another_clock_is_warned_of() -> None:
     us = NOW_NS // 1000
     assert told.clock.stamp_ns("imu", us, NOW_NS + 90 * 10**9) == NOW_NS
     assert "90.0 s behind this system clock" in told.warned[0]
+    well, text, values = told.clock.report()
+    assert not well and "stamps are 90.0 s behind this clock" in text
+    assert values["behind the system clock s"] == "90.000"
 
 
 def test_a_reboot_begins_afresh_and_little_steps_back_do_not() -> None:
@@ -101,5 +104,15 @@ def test_an_agent_that_synchronises_later_is_followed() -> None:
     told = Told()
     told.stamps([20_000_000, 21_000_000], [0, 0])
     assert told.clock.stamp_ns("imu", NOW_NS // 1000, NOW_NS) == NOW_NS
-    assert told.clock.kind is Kind.UTC and told.clock.restarts == 1
+    assert told.clock.kind is Kind.UTC
+    assert told.clock.report() == (
+        True,
+        "PX4's timestamps count from: UTC of the agent",
+        {
+            "timestamps count from": "UTC of the agent",
+            "offset s": "",
+            "behind the system clock s": "0.000",
+            "restarts": "1",
+        },
+    )
     assert "changes from start of PX4 to UTC of the agent" in told.warned[0]

@@ -95,6 +95,7 @@ def test_a_report_says_what_to_do() -> None:
         "nobody publishes it: is the agent running, and in this ROS_DOMAIN_ID? Nothing works "
         "without it",
     )
+    assert feed.report(1.0, 1)[:2] == (True, "0.0 Hz")
     assert feed.report(1.0, 1)[:2] == (False, "there is a publisher, and nothing comes")
     message = SimpleNamespace(timestamp=US, gyro_rad=(0, 0, 0), accelerometer_m_s2=(0, 0, -9.8))
     for _ in range(100):
