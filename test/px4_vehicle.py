@@ -167,9 +167,20 @@ class Vehicle:
             for name, version in versions.items()
         }
 
-    def met(self) -> bool:
-        """Whether somebody hears each topic."""
-        return all(one.get_subscription_count() for one in self.outputs.values())
+    def heard(self, told: Listener, space: str = "") -> bool:
+        """Whether a bridge hears each topic; if not, knocks with what it has to leave out.
+
+        That a subscription is known here does not say yet that it knows this publisher.
+        """
+        topics = {name: TOPICS[name][0] for name in self.outputs}
+        deaf = [
+            name
+            for name, topic in topics.items()
+            if said(told, space, topic)[1].get("left out, bad message", "0") == "0"
+        ]
+        for name in deaf:
+            self.send(name, kind(name)())
+        return not deaf
 
     def send(self, name: str, message: Any) -> None:
         """Publish a message, or bytes as one."""

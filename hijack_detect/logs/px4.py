@@ -32,6 +32,8 @@ INPUTS = {
 """Types of px4_msgs that are read, and the input of each; a SensorGps brings all of the GPS."""
 LONGEST_DELAY_US = 1_000_000
 """A sample that is said to be older than this when it was published was not stamped."""
+LATEST_US = 2**31 * 1_000_000
+"""The seconds of a stamp in ROS end here, in 2038."""
 
 
 def stamp_us(name: str, message: Any) -> int:
@@ -45,12 +47,14 @@ def stamp_us(name: str, message: Any) -> int:
         message: The message.
 
     Raises:
-        BadMessage: There is no time in it.
+        BadMessage: There is no time in it, or one that no stamp can hold.
     """
     published = int(message.timestamp)
     sampled = int(getattr(message, "timestamp_sample", published))
     if published == 0:
         raise BadMessage("timestamp is 0, which PX4 never publishes")
+    if published >= LATEST_US:
+        raise BadMessage(f"timestamp is {published} µs, after 2038")
     filled = name != "fix" and 0 <= published - sampled < LONGEST_DELAY_US
     return sampled if filled else published
 

@@ -80,7 +80,7 @@ def test_values_versions_and_bad_messages(graph: Graph) -> None:
     graph.environment = workspace()
     bridge = Bridge(graph)
     first = Vehicle(graph, versions={"imu": "", "fix": "_v1"})
-    graph.spin_until(first.met, "its subscriptions, of the version too")
+    graph.spin_until(lambda: first.heard(bridge.told), "its subscriptions, of the version too")
 
     first.send("imu", combined(UTC_US))
     imu = bridge.next("imu")
@@ -107,13 +107,11 @@ def test_values_versions_and_bad_messages(graph: Graph) -> None:
     bad: list[Any] = [combined(0), combined(UTC_US, math.nan), combined(UTC_US, 1e6)]
     for message in (*bad, whole[:9], whole[:-8]):
         first.send("imu", message)
-    counts = {"left out, bad message": "3", "left out, other px4_msgs": "2"}
-    bridge.until_said("sensor_combined", received="6", **counts)
+    bridge.until_said("sensor_combined", **{"left out, other px4_msgs": "2"})
     log = bridge.node.output
     assert "/fmu/out/sensor_combined: message left out: timestamp is 0" in log
     assert " bytes, px4_msgs/msg/SensorCombined here has 52: px4_msgs is of another version" in log
     assert log.count("left out: ") == 3, "told once of each topic and reason"
-    bridge.until_said("vehicle_gps_position", **{"left out, bad message": "1"})
     first.send("imu", combined(UTC_US + 4))
     assert stamp_ns(bridge.next("imu")) == (UTC_US + 4) * 1000
 
@@ -124,7 +122,7 @@ def test_values_versions_and_bad_messages(graph: Graph) -> None:
     )
     assert "nobody publishes it" in bridge.until_said("vehicle_air_data", publishers="0")
     second = Vehicle(graph, versions={"mag": "", "pressure": ""})
-    graph.spin_until(second.met, "its subscriptions")
+    graph.spin_until(lambda: second.heard(bridge.told), "its subscriptions")
     mag = px4_vehicle.kind("mag")(timestamp=UTC_US + 3000, timestamp_sample=UTC_US)
     mag.magnetometer_ga[:] = (0.25, -0.125, 0.5)
     second.send("mag", mag)
@@ -133,7 +131,7 @@ def test_values_versions_and_bad_messages(graph: Graph) -> None:
     assert xyz(field.magnetic_field) == pytest.approx((0.25e-4, 0.125e-4, -0.5e-4), rel=1e-12)
     second.send("pressure", px4_vehicle.pressure(UTC_US, 95_000.5))
     assert bridge.next("pressure").fluid_pressure == 95_000.5
-    assert bridge.until_said("vehicle_air_data", publishers="1", received="1")
+    assert bridge.until_said("vehicle_air_data", publishers="1")
 
     for start_us in (20_000_000, 5_000_000):
         steps = (0, 400_000, 1_000_000, 1_004_000, 1_009_000)

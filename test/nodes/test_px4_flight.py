@@ -73,16 +73,8 @@ class Ride:
     def ready(self, graph: Graph, told: Listener) -> bool:
         """Whether all know each other."""
         inputs = [f"{self.space}/{topic}" for _, topic in OUTPUTS.values()]
-        return (
-            self.vehicle.met()
-            and all(map(graph.node.count_subscribers, inputs))
-            and all(self.counts(told, "left out, bad message"))
-        )
-
-    def knock(self) -> None:
-        """Send what cannot be used, to see on /diagnostics whether the bridge hears each topic."""
-        for name in px4_vehicle.TOPICS:
-            self.vehicle.send(name, px4_vehicle.kind(name)())
+        known = all(map(graph.node.count_subscribers, inputs))
+        return known and self.vehicle.heard(told, self.space)
 
     def counts(self, told: Listener, what: str) -> list[int]:
         """What the bridge has counted of each topic."""
@@ -127,14 +119,7 @@ def test_a_flight_over_px4_msgs_gives_the_same_verdicts(graph: Graph) -> None:
         Ride(graph, "/uav2", flight, ("fusion",), BOOT_US),
     ]
     told = graph.listen(DiagnosticArray, "/diagnostics")
-
-    def ready() -> bool:
-        missing = [ride for ride in rides if not ride.ready(graph, told)]
-        for ride in missing:
-            ride.knock()
-        return not missing
-
-    graph.spin_until(ready, "all nodes", 60.0)
+    graph.spin_until(lambda: all([ride.ready(graph, told) for ride in rides]), "all nodes", 60.0)
 
     fixes = 0
 

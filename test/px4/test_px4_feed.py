@@ -64,6 +64,8 @@ def test_the_time_of_the_sample_is_taken_where_it_makes_sense() -> None:
     assert stamp_us("fix", at(timestamp=US + 3, timestamp_sample=US)) == US + 3
     with pytest.raises(BadMessage, match="timestamp is 0"):
         stamp_us("imu", at(timestamp=0))
+    with pytest.raises(BadMessage, match="after 2038"):
+        stamp_us("imu", at(timestamp=2**63))
 
 
 def test_a_sample_is_held_to_the_limits_of_messages() -> None:
