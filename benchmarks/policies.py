@@ -2,6 +2,8 @@
 """Writes the SROS2 policy of every node: what it has in a running graph, and no more.
 
 python benchmarks/policies.py config/sros2
+
+px4_bridge needs px4_msgs: source a workspace that has it.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@
 Arguments: `uav` namespace of the vehicle, `policy` default or paper, `params_file` a parameter
 file instead of the policy's, `composed` all nodes in one process, `mavros` takes the inputs from
 mavros' topics, `record` starts the recorder (journal and black box) too, in `record_folder`,
-`use_sim_time`.
+`use_sim_time`, `px4` starts px4_bridge too, which takes the inputs from PX4 over uXRCE-DDS.
 """
 
 from __future__ import annotations
@@ -35,6 +35,7 @@ ARGUMENTS = (
     ("record", "false", "Keep a journal, and a bag around each alert, with the node recorder."),
     ("record_folder", "", "Where it keeps them; empty for ~/.ros/hijack_detect/UAV."),
     ("use_sim_time", "false", "Use /clock, as a replay publishes it."),
+    ("px4", "false", "Take the inputs from PX4 over uXRCE-DDS, with the node px4_bridge."),
 )
 
 
@@ -54,6 +55,8 @@ def nodes(context: LaunchContext) -> list[LaunchDescriptionEntity]:
     names = (COMPOSED,) if given("composed") == "true" else MONITOR
     if given("record") == "true":
         names = (*names, RECORDER)
+    if given("px4") == "true":
+        names = (*names, "px4_bridge")
     folder = given("record_folder") or f"~/.ros/hijack_detect/{given('uav')}".rstrip("/")
     own = PathJoinSubstitution([FindPackageShare(PACKAGE), "config", f"{given('policy')}.yaml"])
     return [

@@ -50,13 +50,20 @@ os.environ.setdefault("AMENT_PREFIX_PATH", sys.prefix)
 class RosProcess:
     """One node in a process of its own; what it prints goes to a file."""
 
-    def __init__(self, module: str, arguments: list[str], domain: int, home: str) -> None:
+    def __init__(
+        self,
+        module: str,
+        arguments: list[str],
+        domain: int,
+        home: str,
+        environment: Mapping[str, str],
+    ) -> None:
         self._file = tempfile.TemporaryFile()  # noqa: SIM115, closed by close()
         own = {"ROS_DOMAIN_ID": str(domain), "PYTHONPATH": str(ROOT), "ROS_HOME": home}
         self._process = subprocess.Popen(
             [sys.executable, "-m", module, *arguments],
             cwd=ROOT,
-            env={**os.environ, **own},
+            env={**os.environ, **own, **environment},
             stdin=subprocess.DEVNULL,
             stdout=self._file,
             stderr=subprocess.STDOUT,
@@ -165,6 +172,8 @@ class Graph:
         self.domain = domain
         self.home = tempfile.TemporaryDirectory()
         """What the nodes of this graph keep for each other."""
+        self.environment: dict[str, str] = {}
+        """What is different in the environment of processes that are started from now on."""
         self._context = Context()
         rclpy.init(context=self._context, domain_id=domain)
         self.node = Node("test", context=self._context, enable_rosout=False)
@@ -187,7 +196,8 @@ class Graph:
 
     def run(self, module: str, *arguments: str) -> RosProcess:
         """Run any module, as `python -m` does."""
-        process = RosProcess(module, list(arguments), self.domain, self.home.name)
+        home, environment = self.home.name, self.environment
+        process = RosProcess(module, list(arguments), self.domain, home, environment)
         self._processes.append(process)
         return process
 

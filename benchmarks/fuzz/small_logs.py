@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from rosbags.interfaces import Nodetype
 from rosbags.rosbag1 import Writer as Ros1Writer
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Ros2Writer
@@ -23,13 +24,10 @@ VELOCITY_NED = (1.0, 2.0, -0.5)
 FIELD_MILLIGAUSS = (200.0, 10.0, 430.0)
 PASCAL = 95_000.0
 PX4 = {
-    "px4_msgs/msg/SensorCombined": "uint64 timestamp\nfloat32[3] gyro_rad\n"
-    "float32[3] accelerometer_m_s2\n",
-    "px4_msgs/msg/SensorGps": "uint64 timestamp\nfloat64 latitude_deg\nfloat64 longitude_deg\n"
-    "float64 altitude_ellipsoid_m\nuint8 fix_type\nfloat32 eph\nfloat32 vel_n_m_s\n"
-    "float32 vel_e_m_s\nfloat32 vel_d_m_s\nbool vel_ned_valid\n"
-    "uint8 satellites_used\n",
+    f"px4_msgs/msg/{path.stem}": path.read_text()
+    for path in sorted((Path(__file__).parents[1] / "px4_msgs").glob("*.msg"))
 }
+"""Definitions of px4_msgs as of PX4 1.15, by type."""
 
 
 def ticks(hz: int) -> range:
@@ -224,18 +222,36 @@ def px4(path: Path) -> Path:
     store = get_typestore(Stores.ROS2_JAZZY)
     for kind, text in PX4.items():
         store.register(get_types_from_msg(text, kind))
-    combined, gps = (store.types[kind] for kind in PX4)
     with Ros2Writer(path, version=9, storage_plugin=StoragePlugin.SQLITE3) as writer:
-        outlets = [
-            writer.add_connection(f"/fmu/out/{name}", kind, typestore=store)
-            for name, kind in zip(("sensor_combined", "vehicle_gps_position"), PX4, strict=True)
-        ]
-        for at in ticks(IMU_HZ):
-            vectors = (np.array(one, np.float32) for one in (GYRO, FORCE))
-            data = store.serialize_cdr(combined(UTC_US + at, *vectors), next(iter(PX4)))
-            writer.write(outlets[0], (UTC_US + at) * 1000, data)
-        for at in ticks(GPS_HZ):
-            message = gps(UTC_US + at, *PLACE, 3, 1.5, *VELOCITY_NED, True, 12)
-            data = store.serialize_cdr(message, list(PX4)[1])
-            writer.write(outlets[1], (UTC_US + at) * 1000, data)
+
+        def put(topic: str, kind: str, hz: int, **fields: Any) -> None:
+            msgtype = f"px4_msgs/msg/{kind}"
+            outlet = writer.add_connection(f"/fmu/out/{topic}", msgtype, typestore=store)
+            for at in ticks(hz):
+                message = _zeros(store, msgtype)
+                for name, value in {"timestamp": UTC_US + at, **fields}.items():
+                    setattr(message, name, value)
+                writer.write(
+                    outlet, message.timestamp * 1000, store.serialize_cdr(message, msgtype)
+                )
+
+        gyro, force = (np.array(one, np.float32) for one in (GYRO, FORCE))
+        put("sensor_combined", "SensorCombined", IMU_HZ, gyro_rad=gyro, accelerometer_m_s2=force)
+        names = ("latitude_deg", "longitude_deg", "altitude_ellipsoid_m")
+        velocity = zip(("vel_n_m_s", "vel_e_m_s", "vel_d_m_s"), VELOCITY_NED, strict=True)
+        more = {"fix_type": 3, "eph": 1.5, "vel_ned_valid": True, "satellites_used": 12}
+        place = dict(zip(names, PLACE, strict=True))
+        put("vehicle_gps_position", "SensorGps", GPS_HZ, **place, **dict(velocity), **more)
+        field = np.array(FIELD_MILLIGAUSS, np.float32) * np.float32(1e-3)
+        put("vehicle_magnetometer", "VehicleMagnetometer", GPS_HZ, magnetometer_ga=field)
+        put("vehicle_air_data", "VehicleAirData", GPS_HZ, baro_pressure_pa=PASCAL)
     return path
+
+
+def _zeros(store: Any, msgtype: str) -> Any:
+    """A message of numbers and arrays of numbers, all of them zero."""
+    values = {
+        name: np.zeros(of[1], np.float32) if node == Nodetype.ARRAY else 0
+        for name, (node, of) in store.fielddefs[msgtype][1]
+    }
+    return store.types[msgtype](**values)

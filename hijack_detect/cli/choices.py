@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 POLICY_NAMES = ("default", "paper")
-BESIDE_NAMES = ("recorder", "gps_spoofer")
+BESIDE_NAMES = ("recorder", "gps_spoofer", "mavlink_bridge", "px4_bridge")
 DETECTOR_NAMES = (
     "correlation",
     "date",

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import partial
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -12,17 +11,10 @@ from hijack_detect.bags.errors import BagError
 from hijack_detect.bags.samples import CONVERT
 from hijack_detect.bags.topics import PRESETS, TYPES
 from hijack_detect.logs import px4
-from hijack_detect.logs.frames import attitude, flu
+from hijack_detect.logs.frames import attitude
 from hijack_detect.logs.logged import ATTITUDE, Logged, Notes, Wanted
-from hijack_detect.logs.units import GAUSS_T
 from hijack_detect.streams.headerless import SATELLITES, SatelliteStamps
-from hijack_detect.streams.messages import BadMessage
-from hijack_detect.streams.samples import (
-    ImuSample,
-    MagneticSample,
-    PressureSample,
-    Vector3,
-)
+from hijack_detect.streams.messages import BadMessage, check
 
 STANDARD = {kind: name for name, kind in TYPES.items() if name != "satellites"}
 
@@ -128,44 +120,21 @@ def _is_known(name: str, topic: str) -> bool:
 
 
 PX4 = {
-    "px4_msgs/msg/SensorCombined": "imu",
-    "px4_msgs/msg/VehicleImu": "imu",
-    "px4_msgs/msg/SensorGps": "fix",
-    "px4_msgs/msg/VehicleGpsPosition": "fix",
-    "px4_msgs/msg/VehicleMagnetometer": "mag",
-    "px4_msgs/msg/VehicleAirData": "pressure",
-    "px4_msgs/msg/VehicleAttitude": ATTITUDE,
+    **px4.INPUTS,
+    f"{px4.PACKAGE}/msg/VehicleGpsPosition": "fix",
+    f"{px4.PACKAGE}/msg/VehicleAttitude": ATTITUDE,
 }
 """The input of each message of PX4, whatever its topic is called: /fmu/out/vehicle_attitude has
 become /fmu/out/vehicle_attitude_v1 where the definition has changed."""
 
 
 def _px4(name: str, message: Any) -> Iterator[Logged]:
-    """Readings of a message of PX4, whose stamp is in microseconds."""
-    stamp_ns = int(message.timestamp) * 1000
-    if name == "imu":
-        gyro, force = _imu(message)
-        yield Logged(name, stamp_ns, ImuSample(stamp_ns, gyro, force))
-    elif name == "mag":
-        field = flu(*(float(one) * GAUSS_T for one in message.magnetometer_ga))
-        yield Logged(name, stamp_ns, MagneticSample(stamp_ns, field))
-    elif name == ATTITUDE:
+    """Readings of a message of PX4. Raises BadMessage."""
+    stamp_ns = px4.stamp_us(name, message) * 1000
+    if name == ATTITUDE:
         w, x, y, z = map(float, message.q)
         yield Logged(name, stamp_ns, attitude((x, y, z, w)))
-    elif name == "pressure":
-        pascal = float(message.baro_pressure_pa)
-        yield Logged(name, stamp_ns, PressureSample(stamp_ns, pascal))
-    else:
-        in_degrees = hasattr(message, px4.IN_DEGREES)
-        yield from px4.gps(stamp_ns, partial(getattr, message), in_degrees=in_degrees)
-
-
-def _imu(message: Any) -> tuple[Vector3, Vector3]:
-    """Angular velocity and specific force; a VehicleImu has increments over microseconds."""
-    if hasattr(message, "gyro_rad"):
-        return flu(*message.gyro_rad), flu(*message.accelerometer_m_s2)
-    gyro_s, force_s = 1e-6 * message.delta_angle_dt, 1e-6 * message.delta_velocity_dt
-    if not (gyro_s > 0.0 and force_s > 0.0):
-        raise BadMessage(f"delta_angle_dt is {message.delta_angle_dt}, not a time")
-    gyro = flu(*(float(one) / gyro_s for one in message.delta_angle))
-    return gyro, flu(*(float(one) / force_s for one in message.delta_velocity))
+        return
+    for one in px4.readings(name, message, stamp_ns):
+        check(one.value)
+        yield one

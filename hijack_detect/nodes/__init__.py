@@ -17,4 +17,12 @@ MONITOR = (
     "fusion",
 )
 COMPOSED = "all"
-NODES = (*MONITOR, COMPOSED, "bag_replay", "gps_spoofer", "mavlink_bridge", "recorder")
+NODES = (
+    *MONITOR,
+    COMPOSED,
+    "bag_replay",
+    "gps_spoofer",
+    "mavlink_bridge",
+    "recorder",
+    "px4_bridge",
+)

@@ -20,6 +20,7 @@ from hijack_detect.streams.samples import (
     MagneticSample,
     PressureSample,
     Quaternion,
+    SatelliteSample,
     Vector3,
     VelocitySample,
 )
@@ -155,6 +156,27 @@ CONVERTERS: dict[str, Callable[[Any], Any]] = {
     "course": course_sample,
 }
 """Converter of each input that has a header, by the input's name."""
+
+
+def check(sample: object) -> None:
+    """Hold a sample that was not made of a ROS message to the same limits. Raises BadMessage.
+
+    A value of another kind passes.
+    """
+    if isinstance(sample, ImuSample):
+        checked_imu(sample.stamp_ns, sample.angular_velocity, sample.specific_force)
+    elif isinstance(sample, FixSample):
+        _within(sample.latitude_deg, "latitude", -90.0, 90.0)
+        _within(sample.longitude_deg, "longitude", -180.0, 180.0)
+        _within(sample.altitude_m, "altitude", *ALTITUDE_RANGE_M)
+    elif isinstance(sample, VelocitySample):
+        _vector(sample.velocity, "velocity", MAX_SPEED)
+    elif isinstance(sample, MagneticSample):
+        _vector(sample.field, "magnetic_field", 1.0)
+    elif isinstance(sample, PressureSample):
+        _within(sample.pressure_pa, "fluid_pressure", *PRESSURE_RANGE_PA)
+    elif isinstance(sample, SatelliteSample):
+        _within(sample.count, "satellites", 0, MAX_SATELLITES)
 
 
 def header_stamp_ns(message: Any) -> int:

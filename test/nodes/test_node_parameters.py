@@ -304,6 +304,7 @@ TOPICS = {
         "STATUSTEXT",
         "user_1",
     ),
+    "px4_bridge": ("sensor_combined", "vehicle_gps_position", "gps/satellites", "pressure", "_v1"),
 }
 
 

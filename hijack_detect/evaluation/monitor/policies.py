@@ -11,6 +11,7 @@ from typing import Any
 from hijack_detect.evaluation.monitor.graph import MonitorParameters
 from hijack_detect.mavlink.parameters import BridgeParameters
 from hijack_detect.parameters import ParameterError, Parameters
+from hijack_detect.px4.parameters import Px4BridgeParameters
 from hijack_detect.recording.parameters import RecorderParameters
 from hijack_detect.spoofing.live_parameters import SpooferParameters
 from hijack_detect.yaml_text import plain_data
@@ -34,6 +35,7 @@ BESIDE: Mapping[str, type[Parameters]] = {
     "recorder": RecorderParameters,
     "gps_spoofer": SpooferParameters,
     "mavlink_bridge": BridgeParameters,
+    "px4_bridge": Px4BridgeParameters,
 }
 """Parameters of the nodes beside the monitor. They say nothing of what the monitor decides."""
 
