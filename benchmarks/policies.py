@@ -8,12 +8,14 @@ px4_bridge needs px4_msgs: source a workspace that has it.
 
 from __future__ import annotations
 
+import contextlib
 import os
 import subprocess
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import TypeVar
 from xml.etree import ElementTree as ET
 
 import click
@@ -26,7 +28,7 @@ ROOT = Path(__file__).parents[1]
 DOMAIN = 94
 MANAGER = "mission_manager"
 VIEWER = "live"
-ABSOLUTE = ("/rosout", "/parameter_events", "/diagnostics")
+ABSOLUTE = ("/rosout", "/parameter_events", "/diagnostics", "/clock")
 """Topics that no namespace moves."""
 PROGRAMS = {
     MANAGER: ["examples/mission_manager.py"],
@@ -38,6 +40,7 @@ PROGRAMS = {
 }
 """What is not started as a node without arguments."""
 READY_S, SETTLE_S = 30.0, 3.0
+T = TypeVar("T")
 Rights = Mapping[tuple[str, str], Sequence[str]]
 """Names by what they are (topics, services) and what may be done (publish, reply and so on)."""
 
@@ -57,13 +60,15 @@ def rights(node: Node, name: str) -> Rights:
 
 
 def _names(node: str, found: Sequence[tuple[str, Sequence[str]]]) -> list[str]:
-    def relative(full: str) -> str:
-        if full in ABSOLUTE:
-            return full
-        private = full.removeprefix(f"/{node}/")
-        return full.removeprefix("/") if private == full else f"~/{private}"
+    return sorted(relative(node, full) for full, _ in found)
 
-    return sorted(relative(full) for full, _ in found)
+
+def relative(node: str, full: str) -> str:
+    """A full name as it is written in the code of a node in the root namespace."""
+    if full in ABSOLUTE:
+        return full
+    private = full.removeprefix(f"/{node}/")
+    return full.removeprefix("/") if private == full else f"~/{private}"
 
 
 def policy(enclave: str, profiles: Mapping[str, Rights]) -> str:
@@ -85,8 +90,19 @@ def policy(enclave: str, profiles: Mapping[str, Rights]) -> str:
     return f"{head}{ET.tostring(root, encoding='unicode')}\n"
 
 
-def run(name: str) -> dict[str, Rights]:
-    """Start a process and look at its nodes."""
+@contextlib.contextmanager
+def graph() -> Iterator[None]:
+    """A graph of its own for the processes that are started."""
+    os.environ.update(ROS_AUTOMATIC_DISCOVERY_RANGE="LOCALHOST", ROS_DOMAIN_ID=str(DOMAIN))
+    rclpy.init()
+    try:
+        yield
+    finally:
+        rclpy.shutdown()
+
+
+def run(name: str, look: Callable[[Node, str], T]) -> dict[str, T]:
+    """Start a process, and give what `look` makes of an observer and each of its nodes."""
     program = PROGRAMS.get(name, ["-m", f"hijack_detect.nodes.{name}"])
     process = subprocess.Popen([sys.executable, *program], cwd=ROOT)
     wanted = ("monitor", *MONITOR) if name == COMPOSED else (name,)
@@ -98,7 +114,7 @@ def run(name: str) -> dict[str, Rights]:
                 raise click.ClickException(f"{name} does not start")
             time.sleep(0.1)
         time.sleep(SETTLE_S)
-        return {one: rights(observer, one) for one in wanted}
+        return {one: look(observer, one) for one in wanted}
     finally:
         process.terminate()
         process.wait()
@@ -109,12 +125,11 @@ def run(name: str) -> dict[str, Rights]:
 @click.argument("folder", type=click.Path(file_okay=False, path_type=Path))
 def main(folder: Path) -> None:
     """Write NODE.policy.xml for every node into FOLDER."""
-    os.environ.update(ROS_AUTOMATIC_DISCOVERY_RANGE="LOCALHOST", ROS_DOMAIN_ID=str(DOMAIN))
     folder.mkdir(parents=True, exist_ok=True)
-    rclpy.init()
-    for name in (*NODES, MANAGER, VIEWER):
-        (folder / f"{name}.policy.xml").write_text(policy(name, run(name)), encoding="utf-8")
-    rclpy.shutdown()
+    with graph():
+        for name in (*NODES, MANAGER, VIEWER):
+            text = policy(name, run(name, rights))
+            (folder / f"{name}.policy.xml").write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":

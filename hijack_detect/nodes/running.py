@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import signal
 import sys
 from collections.abc import Callable, Sequence
@@ -69,6 +70,9 @@ def run_composed(
         print(f"error: {' '.join(str(error).split())}", file=sys.stderr)
         sys.exit(EXIT_BAD_INPUT)
     executor = executor_type()
+    # The events executor of Jazzy aborts the process in its destructor if a signal came while a
+    # node was being added. This reference is never given back.
+    ctypes.pythonapi.Py_IncRef(ctypes.py_object(executor))
     try:
         nodes = make(executor)
     except (ValueError, RuntimeError) as error:

@@ -11,6 +11,7 @@ from xml.etree import ElementTree as ET
 import pytest
 from ros import ROOT, Graph
 
+from benchmarks import interface
 from hijack_detect.nodes import COMPOSED, MONITOR, NODES
 from hijack_detect.nodes.running import EXIT_BAD_INPUT
 from hijack_detect.nodes.security import unprotected
@@ -95,7 +96,7 @@ def held(graph: Graph, node: str, space: str) -> set[Right]:
     return {(kind, what, name) for (kind, what), some in found.items() for name, _ in some}
 
 
-def test_the_policies_allow_what_the_running_nodes_have_and_no_more(graph: Graph) -> None:
+def test_policies_and_reference_say_what_the_running_nodes_have_and_no_more(graph: Graph) -> None:
     """The monitor's nodes, each a process, and beside them all in one process."""
     space = "/composed"
     processes = [graph.start(name) for name in (*MONITOR, *BESIDE)]
@@ -126,7 +127,20 @@ def test_the_policies_allow_what_the_running_nodes_have_and_no_more(graph: Graph
 
     graph.spin_until(known, "all nodes", 60.0)
     graph.spin_until(lambda: not differences(), "the rights of the policies", 30.0)
+    written = interface.tables((ROOT / "docs/interface.md").read_text(encoding="utf-8"))
+    assert written.keys() == {*NODES}
+    for name in (*MONITOR, *BESIDE, "bag_replay"):
+        assert written[name] == {*interface.table(interface.look(graph.node, name))}, name
     assert all(process.returncode is None for process in processes)
+
+
+def test_the_reference_has_every_parameter_with_its_default() -> None:
+    """What `python -m benchmarks.interface docs/interface.md` makes of the declarations."""
+    written = (ROOT / "docs/interface.md").read_text(encoding="utf-8").splitlines()
+    for name in NODES:
+        kind = interface.parameters_of(name)
+        assert kind is not None
+        assert {*interface.parameter_rows(kind)} <= {*written}, name
 
 
 def test_every_node_has_a_policy_and_mission_manager_and_live_page_too() -> None:
