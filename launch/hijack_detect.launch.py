@@ -4,11 +4,13 @@
     ros2 launch hijack_detect hijack_detect.launch.py
     ros2 launch hijack_detect hijack_detect.launch.py composed:=false
     ros2 launch hijack_detect hijack_detect.launch.py mavros:=true uav:=uav1 policy:=paper
+    ros2 launch hijack_detect hijack_detect.launch.py mavlink:=serial:/dev/ttyAMA0:921600
 
 Arguments: `uav` namespace of the vehicle, `policy` default or paper, `params_file` a parameter
 file instead of the policy's, `composed` all nodes in one process, `mavros` takes the inputs from
 mavros' topics, `record` starts the recorder (journal and black box) too, in `record_folder`,
-`use_sim_time`, `px4` starts px4_bridge too, which takes the inputs from PX4 over uXRCE-DDS.
+`use_sim_time`, `px4` starts px4_bridge too, which takes the inputs from PX4 over uXRCE-DDS,
+`mavlink` starts mavlink_bridge too, with that connection.
 """
 
 from __future__ import annotations
@@ -23,7 +25,6 @@ from hijack_detect.bags.topics import OWN_TOPICS, PRESETS
 from hijack_detect.nodes import COMPOSED, MONITOR
 
 PACKAGE = "hijack_detect"
-RECORDER = "recorder"
 RESPAWN_S = 1.0
 """A node that has died is started again after this; an alert survives that."""
 ARGUMENTS = (
@@ -35,6 +36,11 @@ ARGUMENTS = (
     ("record", "false", "Keep a journal, and a bag around each alert, with the node recorder."),
     ("record_folder", "", "Where it keeps them; empty for ~/.ros/hijack_detect/UAV."),
     ("use_sim_time", "false", "Use /clock, as a replay publishes it."),
+    (
+        "mavlink",
+        "",
+        "Take the inputs from an autopilot: the connection of mavlink_bridge (udpin:ADDRESS:PORT).",
+    ),
     ("px4", "false", "Take the inputs from PX4 over uXRCE-DDS, with the node px4_bridge."),
 )
 
@@ -53,11 +59,15 @@ def nodes(context: LaunchContext) -> list[LaunchDescriptionEntity]:
         return str(LaunchConfiguration(name).perform(context))
 
     names = (COMPOSED,) if given("composed") == "true" else MONITOR
+    # What a parameter file may set differently.
+    beside: dict[str, dict[str, str]] = {}
     if given("record") == "true":
-        names = (*names, RECORDER)
+        folder = given("record_folder") or f"~/.ros/hijack_detect/{given('uav')}".rstrip("/")
+        beside["recorder"] = {"folder": folder}
     if given("px4") == "true":
-        names = (*names, "px4_bridge")
-    folder = given("record_folder") or f"~/.ros/hijack_detect/{given('uav')}".rstrip("/")
+        beside["px4_bridge"] = {}
+    if given("mavlink"):
+        beside["mavlink_bridge"] = {"connection": given("mavlink")}
     own = PathJoinSubstitution([FindPackageShare(PACKAGE), "config", f"{given('policy')}.yaml"])
     return [
         Node(
@@ -66,7 +76,7 @@ def nodes(context: LaunchContext) -> list[LaunchDescriptionEntity]:
             name=None if name == COMPOSED else name,  # it would rename every node in it
             namespace=given("uav"),
             parameters=[
-                *([{"folder": folder}] if name == RECORDER else []),
+                *filter(None, [beside.get(name)]),
                 given("params_file") or own,
                 {"use_sim_time": given("use_sim_time") == "true"},
             ],
@@ -75,7 +85,7 @@ def nodes(context: LaunchContext) -> list[LaunchDescriptionEntity]:
             respawn=True,
             respawn_delay=RESPAWN_S,
         )
-        for name in names
+        for name in (*names, *beside)
     ]
 
 

@@ -26,6 +26,7 @@ def load(name: str) -> ModuleType:
     [
         ("hijack_detect", {"mavros": "true", "uav": "uav1", "policy": "paper"}, 1),
         ("hijack_detect", {"record": "true"}, 2),
+        ("hijack_detect", {"mavlink": "udpin:127.0.0.1:14540"}, 2),
         ("hijack_detect", {"px4": "true", "uav": "uav1"}, 2),
         ("hijack_detect", {"composed": "false", "record": "true"}, 12),
         ("replay", {"bag": "bags/curved_8", "rate": "4"}, 12),

@@ -6,6 +6,7 @@ from __future__ import annotations
 import signal
 import sys
 import webbrowser
+from collections.abc import Sequence
 
 import click
 import rclpy
@@ -14,7 +15,8 @@ from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.signals import SignalHandlerOptions
 
 from hijack_detect.cli.processes import interrupt_held
-from hijack_detect.evaluation.monitor.graph import DETECTORS
+from hijack_detect.detectors.fusion_parameters import FusionParameters
+from hijack_detect.evaluation.monitor.graph import heard
 from hijack_detect.live.picture import Picture
 from hijack_detect.live.server import Server
 from hijack_detect.nodes.live_viewer import LiveViewer
@@ -22,22 +24,25 @@ from hijack_detect.nodes.running import END_S, SPIN_S
 from hijack_detect.nodes.security import NOT_BUILT_IN, is_asked_for, unprotected
 
 
-def run_live(host: str, port: int, namespace: str, *, mavros: bool, opens: bool) -> None:
+def run_live(
+    host: str, port: int, namespace: str, further: Sequence[str], *, mavros: bool, opens: bool
+) -> None:
     """Serve until Ctrl-C.
 
     Args:
         host: Address to serve at.
         port: Port, 0 for any that is free.
         namespace: Namespace of the vehicle.
+        further: Detectors beside those of this package, by name.
         mavros: Whether fixes come from the topic of mavros.
         opens: Whether to open the page in the browser.
 
     Raises:
-        ValueError: The address cannot be served, there is no such namespace, or DDS security was
-            asked for and is not built in.
+        ValueError: The address cannot be served, a namespace or detector has no name that a topic
+            can have, or DDS security was asked for and is not built in.
         RuntimeError: The server has ended by itself.
     """
-    picture = Picture(DETECTORS)
+    picture = Picture(heard(FusionParameters(further_detectors=" ".join(further))))
     server = Server(picture, host, port)
     # ROS would end the node in the middle of a callback; Ctrl-C and SIGTERM wait for the loop.
     rclpy.init(args=None, signal_handler_options=SignalHandlerOptions.NO)

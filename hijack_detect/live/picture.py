@@ -46,13 +46,16 @@ class Picture:
 
     Times are seconds of header stamps since the first one heard. What is silent is told by a
     clock that nobody sets, since a dead node sends no stamps.
+
+    Attributes:
+        detectors: Names of the detectors that it expects.
     """
 
     def __init__(
         self, detectors: Sequence[str], clock: Callable[[], float] = time.monotonic
     ) -> None:
         """Expect these detectors; `clock` gives seconds."""
-        self._detectors = tuple(detectors)
+        self.detectors = tuple(detectors)
         self._clock = clock
         self._lock = threading.Lock()
         self._flight = 0
@@ -75,7 +78,7 @@ class Picture:
         self._heard_s: dict[str, float] = {}
         self._track: Series[tuple[float, ...]] = Series(MOST)
         self._states: Series[tuple[float, str]] = Series(MOST_CHANGES)
-        self._curves = {name: Curve(MOST, PERIOD_S) for name in self._detectors}
+        self._curves = {name: Curve(MOST, PERIOD_S) for name in self.detectors}
 
     def hear_fix(self, fix: FixSample) -> None:
         """Take the next position; one without a fix is a gap in the track."""
@@ -202,7 +205,7 @@ class Picture:
             "reset": reset,
             **self._banner(),
             "position": self._position,
-            "detectors": [self._row(name) for name in self._detectors],
+            "detectors": [self._row(name) for name in self.detectors],
             "complaints": [
                 f"{name}: {text}"
                 for name, (text, heard_s) in sorted(self._complaints.items())

@@ -16,7 +16,6 @@ from sensor_msgs.msg import NavSatFix
 from std_msgs.msg import Bool, Float64
 
 from hijack_detect.bags.topics import OWN_TOPICS, PRESETS
-from hijack_detect.evaluation.monitor.graph import DETECTORS
 from hijack_detect.live.fused import fused_from
 from hijack_detect.live.picture import Picture
 from hijack_detect.nodes.fusion import ALERT_SUBJECT, ALERT_TOPIC
@@ -44,7 +43,7 @@ class LiveViewer(Node):
         """Subscribe.
 
         Args:
-            picture: Takes what is heard.
+            picture: Takes what is heard, of the detectors that it expects.
             namespace: Namespace of the vehicle.
             mavros: Whether fixes come from the topic of mavros.
         """
@@ -59,7 +58,7 @@ class LiveViewer(Node):
         self._logged_at: dict[str, float] = {}
         self.fix_topic = (PRESETS["mavros"].fix if mavros else OWN_TOPICS["fix"]).lstrip("/")
         self._hear(NavSatFix, self.fix_topic, lambda message: picture.hear_fix(fix_sample(message)))
-        for name in DETECTORS:
+        for name in picture.detectors:
             self._hear(DiagnosticArray, f"{name}/verdict", partial(self._verdict, name))
         self._hear(
             DiagnosticArray, "fusion/verdict", lambda told: picture.hear_fused(fused_from(told))

@@ -76,6 +76,9 @@ def run_composed(
     try:
         nodes = make(executor)
     except (ValueError, RuntimeError) as error:
+        if not ok():  # interrupted while it started
+            _end_soon()
+            return
         built_out = "security libraries" in str(error)
         if not isinstance(error, ValueError) and not (is_asked_for() and built_out):
             raise
@@ -84,25 +87,30 @@ def run_composed(
         sys.exit(EXIT_BAD_INPUT)
     if why := unprotected(sys.argv):
         nodes[0].get_logger().error(why)
-    for node in nodes:
-        executor.add_node(node)
     try:
-        _spin(executor)
+        _spin(executor, nodes)
         for node in nodes:
             if isinstance(node, Ending):
                 node.ended()
     finally:
-        signal.signal(signal.SIGALRM, signal.SIG_DFL)
-        signal.alarm(END_S)
+        _end_soon()
         for node in nodes:
             executor.remove_node(node)
             node.destroy_node()
         try_shutdown()
 
 
-def _spin(executor: Executor) -> None:
+def _end_soon() -> None:
+    """See END_S."""
+    signal.signal(signal.SIGALRM, signal.SIG_DFL)
+    signal.alarm(END_S)
+
+
+def _spin(executor: Executor, nodes: Sequence[Node]) -> None:
     """Work until ROS is shut down."""
     try:
+        for node in nodes:
+            executor.add_node(node)
         while ok():
             executor.spin_once(timeout_sec=SPIN_S)
     except Exception:  # a callback that was publishing when rclpy shut down

@@ -34,13 +34,16 @@ def seen(url: str) -> dict[str, Any]:
 
 
 def test_what_cannot_be_read_is_left_out_and_told_and_the_rest_is_shown(graph: Graph) -> None:
-    viewer = graph.run("hijack_detect.cli.main", "live", "--port", "0", "--namespace", "uav1")
+    viewer = graph.run(
+        "hijack_detect.cli.main", "live", "--port", "0", "--namespace", "uav1", "--detector", "own"
+    )
     viewer.wait_for("/\n")
     url = re.findall(r"http://\S+", viewer.output)[0]
     outputs = {
         topic: graph.node.create_publisher(kind, topic, KEEP_ALL)
         for topic, kind in (
             ("/uav1/coast/verdict", DiagnosticArray),
+            ("/uav1/own/verdict", DiagnosticArray),
             ("/uav1/fusion/verdict", DiagnosticArray),
             ("/uav1/gps/fix", NavSatFix),
             ("/diagnostics", DiagnosticArray),
@@ -68,6 +71,8 @@ def test_what_cannot_be_read_is_left_out_and_told_and_the_rest_is_shown(graph: G
 
     good = Verdict("coast", SECOND, State.SUSPICIOUS, 1.2, 1.0, EVIL, {"x": float("nan")})
     send("/uav1/coast/verdict", verdict_message(good), lambda: seen(url)["time"] is not None)
+    own = Verdict("own", SECOND, State.NORMAL, 0.5, 1.0, "of the user")
+    send("/uav1/own/verdict", verdict_message(own), lambda: "of the user" in str(seen(url)))
     complaints = [
         status("/uav1/fusion: publishers", DiagnosticStatus.WARN, "two of them", {}),
         status("/uav2/fusion: publishers", DiagnosticStatus.WARN, "not ours", {}),

@@ -20,7 +20,7 @@ from ros import ROOT, Graph, RosProcess
 
 from hijack_detect.evaluation.monitor.graph import MonitorParameters
 from hijack_detect.evaluation.monitor.policies import NODE_FIELDS
-from hijack_detect.nodes import NODES
+from hijack_detect.nodes import COMPOSED, NODES
 from hijack_detect.nodes.running import EXIT_BAD_INPUT
 from hijack_detect.parameters import Parameters
 
@@ -106,7 +106,8 @@ def test_the_parameter_files_are_accepted_and_every_parameter_is_described(
         for name in (file, "replay.yaml")
         for word in ("--params-file", str(ROOT / "config" / name))
     ]
-    started = {node: graph.start(node, *arguments) for node in FLOATS}
+    names = FLOATS if file == "default.yaml" else [COMPOSED]
+    started = {node: graph.start(node, *arguments) for node in names}
     for node in FLOATS:
         fields = dataclasses.fields(declared(node))
         request = DescribeParameters.Request(names=[field.name for field in fields])

@@ -17,7 +17,7 @@ from ros import KEEP_ALL, ROOT, Graph
 from std_msgs.msg import String
 
 from hijack_detect.bags.reader import BagReader
-from hijack_detect.nodes import MONITOR
+from hijack_detect.nodes import COMPOSED
 from hijack_detect.nodes.qos import STATE
 from hijack_detect.nodes.running import EXIT_BAD_INPUT
 
@@ -180,9 +180,9 @@ def test_a_replay_at_any_rate_gives_the_same_seconds(graph: Graph, tmp_path: Pat
     paths = graph.listen(String, "recorder/snapshot", STATE)
     lossless = ("--params-file", str(ROOT / "config/replay.yaml"))
     recorder = graph.start("recorder", *lossless, parameters={"folder": tmp_path})
-    start_monitor(graph, "default")
+    start_monitor(graph, "default", [COMPOSED])
     scenario = ROOT / "config/scenarios/turn_away_track.yaml"
-    waited = " ".join((*MONITOR, "recorder"))
+    waited = "fusion monitor recorder"
     replay(graph, CURVED, 90.0, rate=6.0, scenario=scenario, wait_for=f"'{waited}'")
     # Only the newest path is kept for who hears of it late.
     graph.spin_until(
