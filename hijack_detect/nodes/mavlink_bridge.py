@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import time
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
@@ -23,7 +23,7 @@ from hijack_detect.bags.encoding import encode_sample
 from hijack_detect.bags.topics import OWN_TOPICS, TYPES
 from hijack_detect.logs.logged import Logged
 from hijack_detect.mavlink.alarm import Cause
-from hijack_detect.mavlink.bridge import Bridge, Level
+from hijack_detect.mavlink.bridge import Bridge
 from hijack_detect.mavlink.codec import Codec, read_key
 from hijack_detect.mavlink.link import Address, place
 from hijack_detect.mavlink.parameters import BridgeParameters
@@ -31,6 +31,7 @@ from hijack_detect.mavlink.report import INPUTS, Reporter
 from hijack_detect.mavlink.worker import Worker
 from hijack_detect.nodes.commanded import Commanded
 from hijack_detect.nodes.diagnostics import Diagnostics
+from hijack_detect.nodes.levels import STATUS_LEVELS, Level, log
 from hijack_detect.nodes.message_types import message_class
 from hijack_detect.nodes.messages import fusion_cause
 from hijack_detect.nodes.parameters import declare, naming
@@ -43,11 +44,6 @@ NEWS = QoSProfile(
 )
 """Volatile: an alert that was left latched by somebody is not heard, a repetition is."""
 REPORT_S = 1.0
-LEVELS: dict[Level, bytes] = {
-    "info": DiagnosticStatus.OK,
-    "warning": DiagnosticStatus.WARN,
-    "error": DiagnosticStatus.ERROR,
-}
 
 
 class MavlinkBridge(Node):
@@ -164,19 +160,13 @@ class MavlinkBridge(Node):
 
     def say(self, level: Level, text: str) -> None:
         """See Outside."""
-        # rclpy wants one severity for each line that logs.
-        if level == "error":
-            self.get_logger().error(text)
-        elif level == "warning":
-            self.get_logger().warning(text)
-        else:
-            self.get_logger().info(text)
+        log(self, level, text)
 
     def _report(self) -> None:
         """Publish on /diagnostics how the link is doing, once a second."""
         report = self._reporter.report(time.monotonic_ns(), self._no_link)
         values = {"connection": str(self._where), **report.values}
-        self._diagnostics.tell("mavlink", LEVELS[report.level], report.text, values)
+        self._diagnostics.tell("mavlink", STATUS_LEVELS[report.level], report.text, values)
 
 
 def main() -> None:

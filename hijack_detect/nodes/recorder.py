@@ -18,7 +18,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
@@ -29,13 +29,13 @@ from hijack_detect import __version__
 from hijack_detect.bags.topics import OWN_TOPICS, TYPES
 from hijack_detect.evaluation.monitor.graph import DETECTORS
 from hijack_detect.nodes.diagnostics import Diagnostics
+from hijack_detect.nodes.levels import STATUS_LEVELS, Level, log
 from hijack_detect.nodes.message_types import message_class
 from hijack_detect.nodes.messages import verdict_from
 from hijack_detect.nodes.parameters import declare, naming
 from hijack_detect.nodes.qos import INTERNAL, OVERRIDES, SENSOR, STATE
 from hijack_detect.nodes.running import run
 from hijack_detect.recording.parameters import RecorderParameters
-from hijack_detect.recording.problems import Level
 from hijack_detect.recording.recorder import Recorder
 from hijack_detect.recording.source import FUSION, Source
 
@@ -51,11 +51,6 @@ EVERY_STATE = QoSProfile(
 """As STATE, but for one who wants all that was said and not only the newest."""
 TICK_S = 0.1
 REPORT_S = 1.0
-LEVELS: dict[Level, bytes] = {
-    "info": DiagnosticStatus.OK,
-    "warning": DiagnosticStatus.WARN,
-    "error": DiagnosticStatus.ERROR,
-}
 
 
 class RecorderNode(Node):
@@ -126,13 +121,7 @@ class RecorderNode(Node):
             self.get_logger().error(f"internal error: {error!r}", throttle_duration_sec=10.0)
 
     def _tell(self, level: Level, text: str) -> None:
-        # rclpy wants one severity for each line that logs.
-        if level == "error":
-            self.get_logger().error(text)
-        elif level == "warning":
-            self.get_logger().warning(text)
-        else:
-            self.get_logger().info(text)
+        log(self, level, text)
 
     def _announce(self, path: Path) -> None:
         if self.context.ok():
@@ -141,7 +130,7 @@ class RecorderNode(Node):
     def _report(self) -> None:
         """Publish on /diagnostics how the recorder is doing, once a second."""
         report = self._recorder.report()
-        self._diagnostics.tell("recorder", LEVELS[report.level], report.text, report.values)
+        self._diagnostics.tell("recorder", STATUS_LEVELS[report.level], report.text, report.values)
 
 
 def _decoder(msgtype: str) -> Callable[[bytes], Any]:

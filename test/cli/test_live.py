@@ -4,18 +4,23 @@
 from __future__ import annotations
 
 import http.client
-import json
 import re
 import signal
 import subprocess
 import sys
+from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
 import pytest
 from command import hijack_detect
 from live import SCENARIO
-from playwright.sync_api import Browser, Page, expect
+from page_events import seen
 from ros import ROOT, Graph, RosProcess
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
+
+expect = pytest.importorskip("playwright.sync_api", reason="playwright is not installed").expect
 
 BAG = ROOT / "bags/curved_8"
 REPLAYED = str(ROOT / "config/replay.yaml")
@@ -56,18 +61,6 @@ def held(graph: Graph) -> tuple[list[str], list[str]]:
     return [name for name, _ in asked], [name for name, _ in served]
 
 
-def history(url: str) -> dict[str, dict[str, list[list[float]]]]:
-    """What a reader that comes now is told first."""
-    client = http.client.HTTPConnection(urlsplit(url).netloc, timeout=5.0)
-    client.request("GET", "/events")
-    response = client.getresponse()
-    while not (line := response.readline()).startswith(b"data: "):
-        pass
-    client.close()
-    told: dict[str, dict[str, list[list[float]]]] = json.loads(line[6:])
-    return told
-
-
 @pytest.fixture
 def page(browser: Browser) -> Page:
     return browser.new_page(viewport={"width": 1400, "height": 900})
@@ -98,7 +91,7 @@ def test_an_attack_is_seen_from_the_first_alarm_to_the_end_of_the_monitor(
     expect(page.locator("#why")).to_contain_text("coast")
     graph.spin_until(lambda: page.evaluate(COAST_ABOVE_THE_LIMIT) > 20, "the curve of coast")
 
-    late = history(url)
+    late = seen(url)
     assert len(late["track"]) > 100
     assert max(value for _, value in late["margins"]["coast"] if value is not None) > 1.0
     assert {"correlation", "date", "coast", "gnss", "heading"} <= set(late["margins"])

@@ -3,14 +3,12 @@
 
 from __future__ import annotations
 
-import http.client
-import json
 import re
 from collections.abc import Callable
 from typing import Any
-from urllib.parse import urlsplit
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from page_events import seen
 from ros import KEEP_ALL, Graph
 from sensor_msgs.msg import NavSatFix, NavSatStatus
 
@@ -19,18 +17,6 @@ from hijack_detect.nodes.messages import status, verdict_message
 
 SECOND = 1_000_000_000
 EVIL = "<script>alert(1)</script>"
-
-
-def seen(url: str) -> dict[str, Any]:
-    """What the page is told now."""
-    client = http.client.HTTPConnection(urlsplit(url).netloc, timeout=5.0)
-    client.request("GET", "/events")
-    response = client.getresponse()
-    while not (line := response.readline()).startswith(b"data: "):
-        pass
-    client.close()
-    told: dict[str, Any] = json.loads(line[6:])
-    return told
 
 
 def test_what_cannot_be_read_is_left_out_and_told_and_the_rest_is_shown(graph: Graph) -> None:
