@@ -11,6 +11,9 @@ import pytest
 from shown import Flown
 
 from hijack_detect.detectors.verdict import State
+
+pytest.importorskip("tornado", reason="the extra live is not installed")
+
 from hijack_detect.live.server import Server
 
 if TYPE_CHECKING:

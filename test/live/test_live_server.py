@@ -14,6 +14,8 @@ from urllib.parse import urlsplit
 import pytest
 from shown import Flown
 
+pytest.importorskip("tornado", reason="the extra live is not installed")
+
 from hijack_detect.live import handlers
 from hijack_detect.live.server import Server, ServerError
 

@@ -10,7 +10,6 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from test_mavlink_alarm import Kept
 
 from hijack_detect.bags.encoding import encode_sample
@@ -20,6 +19,9 @@ from hijack_detect.mavlink.codec import Codec, read_key
 from hijack_detect.mavlink.link import LinkLost, Place, open_link, place
 from hijack_detect.mavlink.parameters import BridgeParameters
 
+mavlink = pytest.importorskip(
+    "pymavlink.dialects.v20.ardupilotmega", reason="the extra mavlink is not installed"
+)
 MS = 1_000_000
 HOME, ELSEWHERE = ("10.0.0.1", 1), ("10.0.0.66", 2)
 STATION = 255

@@ -8,13 +8,15 @@ import dataclasses
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from hijack_detect.mavlink.alarm import HEARD, OVER, SILENT, Alarm, Cause
 from hijack_detect.mavlink.delivery import Delivery, Outcome
 from hijack_detect.mavlink.orders import Kind, Order, order
 from hijack_detect.mavlink.rates import Rates
 
+mavlink = pytest.importorskip(
+    "pymavlink.dialects.v20.ardupilotmega", reason="the extra mavlink is not installed"
+)
 SECOND = 1_000_000_000
 CAUSE = Cause("123", "coast alarm margin 1.46", ("coast", "date"))
 

@@ -6,10 +6,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from mcap.reader import make_reader
 from recorded import Flown
 from ros import ROOT
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+make_reader = pytest.importorskip("mcap.reader", reason="mcap is not installed").make_reader
 
 BAGS = sorted((ROOT / "bags").glob("*/*.mcap"))
 VERDICT = "diagnostic_msgs/msg/DiagnosticArray"
