@@ -9,7 +9,6 @@ from hijack_detect.detectors.input_watch import InputWatch
 from hijack_detect.detectors.persistence import Persistence
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.detectors.vertical_channel import VerticalChannel
-from hijack_detect.streams.merge import SENSOR_PATIENCE_S
 from hijack_detect.streams.samples import (
     NANOSECONDS,
     AttitudeSample,
@@ -39,9 +38,9 @@ class AltitudeDetector:
         self._parameters = p = parameters
         self.inputs = {
             "attitude": p.patience_s,
-            "pressure": SENSOR_PATIENCE_S,
-            "velocity": SENSOR_PATIENCE_S,
-            "fix": SENSOR_PATIENCE_S,
+            "pressure": p.sensor_patience_s,
+            "velocity": p.sensor_patience_s,
+            "fix": p.sensor_patience_s,
         }
         self._barometer = BarometerCheck(p)
         self._channel = VerticalChannel(p)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from hijack_detect.detectors.input_watch import patience
 from hijack_detect.parameters import Parameters, param
+from hijack_detect.streams.patience import sensor_patience
 
 
 @dataclass(frozen=True)
@@ -184,3 +185,4 @@ class AltitudeParameters(Parameters):
         high=100.0,
     )
     patience_s: float = patience()
+    sensor_patience_s: float = sensor_patience()

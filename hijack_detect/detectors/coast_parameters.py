@@ -5,8 +5,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from hijack_detect.detectors.input_watch import sensor_patience
 from hijack_detect.parameters import Parameters, param
+from hijack_detect.streams.patience import sensor_patience
 
 
 @dataclass(frozen=True)

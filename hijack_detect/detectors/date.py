@@ -18,7 +18,6 @@ from hijack_detect.detectors.window import WindowSums
 from hijack_detect.estimation.course import displacement
 from hijack_detect.estimation.ekf import GRAVITY
 from hijack_detect.estimation.rotation import Array, matrices
-from hijack_detect.streams.merge import SENSOR_PATIENCE_S
 from hijack_detect.streams.samples import (
     NANOSECONDS,
     AttitudeSample,
@@ -55,8 +54,8 @@ class DateDetector:
         self._parameters = p = parameters
         self.inputs = {
             "attitude": p.patience_s,
-            "fix": SENSOR_PATIENCE_S,
-            "velocity": SENSOR_PATIENCE_S,
+            "fix": p.sensor_patience_s,
+            "velocity": p.sensor_patience_s,
         }
         self._lag_ns = round(p.gps_lag_s * NANOSECONDS)
         self._window_ns = round(p.window_s * NANOSECONDS)

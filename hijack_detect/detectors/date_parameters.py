@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from hijack_detect.detectors.input_watch import patience
 from hijack_detect.parameters import Parameters, param
+from hijack_detect.streams.patience import sensor_patience
 
 
 @dataclass(frozen=True)
@@ -82,6 +83,7 @@ class DateParameters(Parameters):
         high=180.0,
     )
     patience_s: float = patience()
+    sensor_patience_s: float = sensor_patience()
     max_gap_s: float = param(
         2.0,
         "GPS velocities further apart than this are not compared.",

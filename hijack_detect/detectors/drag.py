@@ -24,7 +24,6 @@ from hijack_detect.estimation.drag_filter import (
     DragFilter,
     WindChange,
 )
-from hijack_detect.streams.merge import SENSOR_PATIENCE_S
 from hijack_detect.streams.samples import (
     NANOSECONDS,
     AttitudeSample,
@@ -66,8 +65,8 @@ class DragDetector:
         self._parameters = p = parameters
         self.inputs = {
             "attitude": p.patience_s,
-            "fix": SENSOR_PATIENCE_S,
-            "velocity": SENSOR_PATIENCE_S,
+            "fix": p.sensor_patience_s,
+            "velocity": p.sensor_patience_s,
         }
         self._lag_ns = round(p.gps_lag_s * NANOSECONDS)
         self._gap_ns = round(p.max_gap_s * NANOSECONDS)

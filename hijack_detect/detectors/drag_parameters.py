@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from hijack_detect.detectors.input_watch import patience
 from hijack_detect.estimation.drag_noise import DragNoise
 from hijack_detect.parameters import Parameters, param
+from hijack_detect.streams.patience import sensor_patience
 
 
 @dataclass(frozen=True)
@@ -199,6 +200,7 @@ class DragParameters(Parameters):
         high=1.0,
     )
     patience_s: float = patience()
+    sensor_patience_s: float = sensor_patience()
     max_gap_s: float = param(
         2.0,
         "GPS velocities further apart than this are not joined, and the wind is forgotten.",

@@ -22,7 +22,6 @@ from hijack_detect.detectors.gnss_sanity_parameters import GnssSanityParameters
 from hijack_detect.detectors.input_watch import InputWatch
 from hijack_detect.detectors.set_back import SetBack
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.streams.merge import SENSOR_PATIENCE_S
 from hijack_detect.streams.samples import NANOSECONDS, FixSample, GpsSample, VelocitySample
 
 RANK = (State.NORMAL, State.SUSPICIOUS, State.ALARM)
@@ -40,7 +39,7 @@ class GnssSanityDetector:
         """Start without samples."""
         self._parameters = p = parameters
         self.inputs: Mapping[str, float] = dict.fromkeys(
-            ("velocity", "satellites", "fix"), SENSOR_PATIENCE_S
+            ("velocity", "satellites", "fix"), p.sensor_patience_s
         )
         self._track = Track()
         self._set_back = {name: SetBack() for name in ("fix", "velocity")}

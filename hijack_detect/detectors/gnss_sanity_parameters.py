@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hijack_detect.parameters import Parameters, param
+from hijack_detect.streams.patience import sensor_patience
 
 
 @dataclass(frozen=True)
@@ -166,3 +167,4 @@ class GnssSanityParameters(Parameters):
         low=0.0,
         high=600.0,
     )
+    sensor_patience_s: float = sensor_patience()

@@ -5,8 +5,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from hijack_detect.detectors.input_watch import patience, sensor_patience
+from hijack_detect.detectors.input_watch import patience
 from hijack_detect.parameters import Parameters, param
+from hijack_detect.streams.patience import sensor_patience
 
 
 def _limit(default: float, seconds: int) -> float:

@@ -8,7 +8,6 @@ from typing import Any
 
 from hijack_detect.detectors.verdict import State
 from hijack_detect.parameters import param
-from hijack_detect.streams.merge import SENSOR_PATIENCE_S
 from hijack_detect.streams.samples import NANOSECONDS
 
 SILENT_NS = 3 * NANOSECONDS // 2
@@ -26,18 +25,6 @@ def patience() -> Any:
         "time only when a node has died. For replays faster than real time far larger.",
         unit="s",
         low=4.0,
-        high=3600.0,
-    )
-
-
-def sensor_patience() -> Any:
-    """Declare how long a detector that hears the IMU itself waits for a sensor."""
-    return param(
-        SENSOR_PATIENCE_S,
-        "How long to wait for a sensor that has gone silent, on the stamps of the others. For "
-        "replays faster than real time far larger.",
-        unit="s",
-        low=SENSOR_PATIENCE_S,
         high=3600.0,
     )
 

@@ -34,12 +34,11 @@ class AttitudeEstimator:
     first yaw and its gyro bias from the filter.
     """
 
-    inputs: Mapping[str, float] = AttitudeFilter.inputs
-
     def __init__(self, parameters: AttitudeParameters) -> None:
         """Start without attitude."""
         self._parameters = parameters
         self._filter = AttitudeFilter(parameters)
+        self.inputs: Mapping[str, float] = self._filter.inputs
         self._last: ImuSample | None = None
         self._forget()
 

@@ -30,7 +30,6 @@ from hijack_detect.estimation.rotation import (
     heading,
     level,
 )
-from hijack_detect.streams.merge import SENSOR_PATIENCE_S
 from hijack_detect.streams.samples import (
     NANOSECONDS,
     FixSample,
@@ -65,13 +64,10 @@ class AttitudeFilter:
     accelerations leave one. From then on position and velocity are used in full.
 
     Attributes:
+        inputs: Its inputs, and how long each is waited for, s.
         buffer: IMU samples that the filter has not used yet, and the one before.
         first_heading: Heading with which it began to use the GPS in full, rad; None before.
     """
-
-    inputs: Mapping[str, float] = dict.fromkeys(
-        ("imu", "fix", "velocity", "mag"), SENSOR_PATIENCE_S
-    )
 
     def __init__(self, parameters: AttitudeParameters, make_filter: MakeFilter = Ekf) -> None:
         """Start without a filter.
@@ -81,6 +77,9 @@ class AttitudeFilter:
             make_filter: Makes the filter from attitude, standard deviations and noise.
         """
         self._parameters = p = parameters
+        self.inputs: Mapping[str, float] = dict.fromkeys(
+            ("imu", "fix", "velocity", "mag"), p.sensor_patience_s
+        )
         self._make_filter = make_filter
         self._noise = ProcessNoise(p.accel_noise, p.gyro_noise, p.accel_bias_walk, p.gyro_bias_walk)
         self._lag_ns = round(p.gps_lag_s * NANOSECONDS)

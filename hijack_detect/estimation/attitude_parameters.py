@@ -6,6 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hijack_detect.parameters import Parameters, param
+from hijack_detect.streams.patience import sensor_patience
 
 
 @dataclass(frozen=True)
@@ -118,3 +119,4 @@ class AttitudeParameters(Parameters):
         low=1.0,
         high=180.0,
     )
+    sensor_patience_s: float = sensor_patience()

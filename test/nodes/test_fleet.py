@@ -16,7 +16,7 @@ from hijack_detect.bags.topics import OWN_TOPICS
 from hijack_detect.nodes.qos import STATE
 
 BAG = ROOT / "bags/curved_8"
-RATE, DURATION_S = 5.0, 70.0
+RATE, DURATION_S = 8.0, 70.0
 LAST_S = 5.0
 """The end of a part of a bag for which verdicts may still be held back."""
 ATTACKS = {"uav1": SCENARIO, "uav2": None}

@@ -40,9 +40,9 @@ LAST_S = 5.0
     [
         pytest.param(OWN, "default", 4.0, 0.0, MONITOR, id="own-default-4x"),
         pytest.param(REAL, "paper", 5.0, 75.0, MONITOR, id="real-paper-5x"),
-        pytest.param(OWN, "paper", 5.0, 0.0, [COMPOSED], id="own-paper-5x-composed"),
+        pytest.param(OWN, "paper", 10.0, 0.0, [COMPOSED], id="own-paper-10x-composed"),
         pytest.param(
-            SIMULATED, "default", 5.0, 90.0, [COMPOSED], id="simulated-default-5x-composed"
+            SIMULATED, "default", 10.0, 90.0, [COMPOSED], id="simulated-default-10x-composed"
         ),
     ],
 )
