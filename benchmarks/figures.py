@@ -24,10 +24,9 @@ from matplotlib.axes import Axes
 from hijack_detect.detectors.correlation import CorrelationDetector
 from hijack_detect.detectors.date import DateDetector
 from hijack_detect.detectors.ins_position import InsPosition, InsPositionParameters
-from hijack_detect.detectors.verdict import State, Verdict
+from hijack_detect.detectors.verdict import JUDGED, State, Verdict
 from hijack_detect.estimation.geodesy import LocalFrame
 from hijack_detect.estimation.rotation import heading
-from hijack_detect.evaluation.analysis.alarms import JUDGED
 from hijack_detect.evaluation.monitor.policies import policy_parameters
 from hijack_detect.evaluation.trials.cases import SimulatedCase
 from hijack_detect.evaluation.trials.protocols import feng2018

@@ -7,7 +7,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from hijack_detect.evaluation.analysis.alarms import JUDGED
+from hijack_detect.detectors.verdict import JUDGED
 from hijack_detect.evaluation.analysis.analysis import Analysis, DetectorAnalysis, Outcome
 
 STYLES = {

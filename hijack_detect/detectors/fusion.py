@@ -9,8 +9,7 @@ from dataclasses import dataclass
 
 from hijack_detect.detectors.fusion_decisions import decision
 from hijack_detect.detectors.fusion_parameters import FusionParameters
-from hijack_detect.detectors.likelihood import JUDGED
-from hijack_detect.detectors.verdict import State, Verdict
+from hijack_detect.detectors.verdict import JUDGED, State, Verdict
 from hijack_detect.streams.samples import NANOSECONDS
 
 KEEPING = frozenset({"kld"})

@@ -8,8 +8,6 @@ from typing import Protocol
 
 from hijack_detect.detectors.fusion_parameters import FusionParameters
 from hijack_detect.detectors.likelihood import (
-    JUDGED,
-    RAISED,
     RATIOS,
     SOFT,
     LikelihoodRatio,
@@ -18,7 +16,7 @@ from hijack_detect.detectors.likelihood import (
     probability,
     together,
 )
-from hijack_detect.detectors.verdict import State, Verdict
+from hijack_detect.detectors.verdict import JUDGED, RAISED, State, Verdict
 from hijack_detect.streams.samples import NANOSECONDS
 
 PUBLISHED = ("correlation", "date")

@@ -8,12 +8,8 @@ from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from hijack_detect.detectors.verdict import State, Verdict
+from hijack_detect.detectors.verdict import Verdict
 
-JUDGED = frozenset({State.NORMAL, State.SUSPICIOUS, State.ALARM})
-"""States in which a detector says something of the GPS. In all others its ratio is 1."""
-RAISED = frozenset({State.SUSPICIOUS, State.ALARM})
-"""States in which a detector says something against the GPS."""
 SMALLEST_MARGIN = 0.01
 
 

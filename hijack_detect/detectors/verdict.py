@@ -22,6 +22,12 @@ class State(enum.Enum):
     """An input has stopped."""
 
 
+JUDGED = frozenset({State.NORMAL, State.SUSPICIOUS, State.ALARM})
+"""States that say something about the GPS."""
+RAISED = frozenset({State.SUSPICIOUS, State.ALARM})
+"""States that say something against the GPS."""
+
+
 @dataclass(frozen=True, slots=True)
 class Verdict:
     """One evaluation of one detector at one header stamp.

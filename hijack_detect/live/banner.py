@@ -6,14 +6,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from hijack_detect.detectors.verdict import State, Verdict
+from hijack_detect.detectors.verdict import JUDGED, RAISED, State, Verdict
 from hijack_detect.live.fused import Fused
 
 SILENT_S = 2.5
 """The monitor is dead after this time without hijack_alert, which it repeats every second."""
-JUDGING = frozenset({State.NORMAL, State.SUSPICIOUS, State.ALARM})
-"""States whose margin says something."""
-RAISED = frozenset({State.SUSPICIOUS, State.ALARM})
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +73,7 @@ def sentence(heard: Heard) -> str:
 
 
 def _closest(verdicts: Mapping[str, Verdict]) -> str:
-    judging = {name: one.margin for name, one in verdicts.items() if one.state in JUDGING}
+    judging = {name: one.margin for name, one in verdicts.items() if one.state in JUDGED}
     if not judging:
         return ""
     name = max(judging, key=judging.__getitem__)

@@ -10,9 +10,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from hijack_detect.detectors.verdict import Verdict
+from hijack_detect.detectors.verdict import JUDGED, Verdict
 from hijack_detect.estimation.geodesy import LocalFrame
-from hijack_detect.live.banner import JUDGING, Heard, said, sentence, word
+from hijack_detect.live.banner import Heard, said, sentence, word
 from hijack_detect.live.fused import Fused
 from hijack_detect.live.series import Curve, Series
 from hijack_detect.streams.samples import NANOSECONDS, FixSample
@@ -109,7 +109,7 @@ class Picture:
         with self._lock:
             time_s = self._time(verdict.stamp_ns, name)
             self._verdicts[name], self._heard_s[name] = verdict, self._clock()
-            judging = verdict.state in JUDGING and math.isfinite(verdict.margin)
+            judging = verdict.state in JUDGED and math.isfinite(verdict.margin)
             self._curves[name].hear(time_s, round(verdict.margin, 3) if judging else None)
 
     def hear_fused(self, fused: Fused) -> None:
@@ -245,7 +245,7 @@ class Picture:
         return {
             "name": name,
             "state": verdict.state.value,
-            "margin": _finite(verdict.margin) if verdict.state in JUDGING else None,
+            "margin": _finite(verdict.margin) if verdict.state in JUDGED else None,
             "time": self._seconds(verdict.stamp_ns),
             "why": verdict.reason[:LONGEST],
         }

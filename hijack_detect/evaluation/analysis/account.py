@@ -6,14 +6,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from hijack_detect.detectors.verdict import Verdict
-from hijack_detect.evaluation.analysis.alarms import (
-    JUDGED,
-    AlertSpan,
-    AlertSpans,
-    Span,
-    StateSpans,
-)
+from hijack_detect.detectors.verdict import JUDGED, Verdict
+from hijack_detect.evaluation.analysis.alarms import AlertSpan, AlertSpans, Span, StateSpans
 
 MONITOR = "monitor"
 """Name of the fusion's spans."""

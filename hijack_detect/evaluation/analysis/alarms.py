@@ -11,9 +11,6 @@ from hijack_detect.detectors.fusion import FusionResult
 from hijack_detect.detectors.verdict import State
 from hijack_detect.streams.samples import NANOSECONDS
 
-JUDGED = frozenset({State.NORMAL, State.SUSPICIOUS, State.ALARM})
-"""States that say something about the GPS."""
-
 
 class Said(Protocol):
     """A verdict of a detector, or a result of the fusion."""

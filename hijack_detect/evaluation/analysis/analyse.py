@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from hijack_detect.bags.reader import BagReader
-from hijack_detect.detectors.verdict import State, Verdict
+from hijack_detect.detectors.verdict import JUDGED, State, Verdict
 from hijack_detect.evaluation.analysis.account import MONITOR, Account
-from hijack_detect.evaluation.analysis.alarms import JUDGED, AlertSpan, Span
+from hijack_detect.evaluation.analysis.alarms import AlertSpan, Span
 from hijack_detect.evaluation.analysis.analysis import (
     Alert,
     Analysis,

@@ -19,8 +19,7 @@ import numpy as np
 from hijack_detect.detectors.correlation import CorrelationDetector
 from hijack_detect.detectors.date import DateDetector
 from hijack_detect.detectors.persistence import Persistence
-from hijack_detect.detectors.verdict import Verdict
-from hijack_detect.evaluation.analysis.alarms import JUDGED
+from hijack_detect.detectors.verdict import JUDGED, Verdict
 from hijack_detect.evaluation.ground_truth.outcome import detector_outcome
 from hijack_detect.evaluation.monitor.graph import MonitorParameters
 from hijack_detect.evaluation.scores.metrics import Rate

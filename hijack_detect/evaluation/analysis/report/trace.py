@@ -8,8 +8,7 @@ from array import array
 
 import numpy as np
 
-from hijack_detect.detectors.verdict import Verdict
-from hijack_detect.evaluation.analysis.alarms import JUDGED
+from hijack_detect.detectors.verdict import JUDGED, Verdict
 from hijack_detect.evaluation.analysis.report.curve import Curve
 from hijack_detect.streams.samples import NANOSECONDS
 
