@@ -9,8 +9,9 @@ from __future__ import annotations
 import time
 from collections import Counter
 from collections.abc import Callable
-from typing import Any, Literal, Protocol
+from typing import Any, Protocol
 
+from hijack_detect.level import Level
 from hijack_detect.logs import mavlink as readings
 from hijack_detect.logs.logged import Logged
 from hijack_detect.mavlink.alarm import Alarm, Memory, Text
@@ -25,7 +26,6 @@ from hijack_detect.mavlink.rates import Rates
 from hijack_detect.mavlink.vehicle import ADDRESS, Search, Vehicle, address_of
 from hijack_detect.streams.samples import NANOSECONDS
 
-Level = Literal["info", "warning", "error"]
 HEARTBEAT_NS = NANOSECONDS
 WIRE_VERSION = 3
 """`mavlink_version` of a HEARTBEAT."""

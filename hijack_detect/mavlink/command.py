@@ -3,22 +3,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from types import ModuleType
-from typing import Literal
 
+from hijack_detect.level import Level, Tell
 from hijack_detect.mavlink.delivery import Delivery, Outcome
 from hijack_detect.mavlink.orders import Kind, Order, order
 from hijack_detect.mavlink.parameters import BridgeParameters
 from hijack_detect.streams.samples import NANOSECONDS
 
-Say = Callable[[Literal["info", "warning", "error"], str], None]
-
 
 class Commander:
     """Holds one command at a time."""
 
-    def __init__(self, parameters: BridgeParameters, mavlink: ModuleType, say: Say) -> None:
+    def __init__(self, parameters: BridgeParameters, mavlink: ModuleType, say: Tell) -> None:
         """Command what the parameters say; nothing with `none`."""
         self._parameters, self._mavlink, self._say = parameters, mavlink, say
         self._kind: Kind | None = None
@@ -104,7 +102,6 @@ class Commander:
     def _note(self, delivery: Delivery) -> None:
         """Say once what became of it."""
         if delivery.outcome is not Outcome.PENDING and self.result != delivery.text:
-            level: Literal["info", "error"]
-            level = "info" if delivery.outcome is Outcome.DONE else "error"
+            level: Level = "info" if delivery.outcome is Outcome.DONE else "error"
             self._say(level, f"the command {delivery.text}")
         self.result = delivery.text

@@ -1,15 +1,15 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""How bad something is, in the words of the parts without ROS: in the log and on /diagnostics."""
+"""How bad something is: in the log, and on /diagnostics."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Literal
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.node import Node
 
-Level = Literal["info", "warning", "error"]
+from hijack_detect.level import Level
+
 STATUS_LEVELS: Mapping[Level, bytes] = {
     "info": DiagnosticStatus.OK,
     "warning": DiagnosticStatus.WARN,

@@ -21,6 +21,7 @@ from std_msgs.msg import Bool
 
 from hijack_detect.bags.encoding import encode_sample
 from hijack_detect.bags.topics import OWN_TOPICS, TYPES
+from hijack_detect.level import Level
 from hijack_detect.logs.logged import Logged
 from hijack_detect.mavlink.alarm import Cause
 from hijack_detect.mavlink.bridge import Bridge
@@ -31,7 +32,7 @@ from hijack_detect.mavlink.report import INPUTS, Reporter
 from hijack_detect.mavlink.worker import Worker
 from hijack_detect.nodes.commanded import Commanded
 from hijack_detect.nodes.diagnostics import Diagnostics
-from hijack_detect.nodes.levels import STATUS_LEVELS, Level, log
+from hijack_detect.nodes.levels import STATUS_LEVELS, log
 from hijack_detect.nodes.message_types import message_class
 from hijack_detect.nodes.messages import fusion_cause
 from hijack_detect.nodes.parameters import declare, naming

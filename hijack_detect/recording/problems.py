@@ -5,10 +5,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from typing import Literal
 
-Level = Literal["info", "warning", "error"]
-Tell = Callable[[Level, str], None]
+from hijack_detect.level import Tell
 
 RETRY_S = 3.0
 

@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 
+from hijack_detect.level import Tell
 from hijack_detect.parameters import ParameterError
 from hijack_detect.recording import rows, schema
 from hijack_detect.recording.advice import told
@@ -16,7 +17,7 @@ from hijack_detect.recording.folder_lock import FolderLock
 from hijack_detect.recording.journal import Session
 from hijack_detect.recording.journal_keeper import JournalKeeper
 from hijack_detect.recording.parameters import MEGABYTE, RecorderParameters
-from hijack_detect.recording.problems import Problems, Tell
+from hijack_detect.recording.problems import Problems
 from hijack_detect.recording.report import Report, SnapshotCounts, report
 from hijack_detect.recording.snapshot import Failed, Written
 from hijack_detect.recording.snapshot_folder import SNAPSHOTS, SnapshotFolder

@@ -6,11 +6,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from hijack_detect.level import Level
 from hijack_detect.recording import schema
 from hijack_detect.recording.black_box import BlackBox
 from hijack_detect.recording.journal_keeper import JournalKeeper
 from hijack_detect.recording.parameters import MEGABYTE, RecorderParameters
-from hijack_detect.recording.problems import Level, Problems
+from hijack_detect.recording.problems import Problems
 
 WRITTEN = [table for table in schema.TABLES if table != "sessions"]
 
