@@ -8,8 +8,8 @@ node and an offline run share this border, and refuse the same messages for the 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
 
 from hijack_detect.streams.samples import (
     NANOSECONDS,
@@ -158,25 +158,42 @@ CONVERTERS: dict[str, Callable[[Any], Any]] = {
 """Converter of each input that has a header, by the input's name."""
 
 
+class Limited(NamedTuple):
+    """A number of a sample: its field in the message, value, unit, and what it can be."""
+
+    field: str
+    value: float
+    unit: str
+    low: float
+    high: float
+
+
+def limited(sample: object) -> Iterator[Limited]:
+    """The numbers of a sample and their limits; nothing of a value of another kind."""
+    if isinstance(sample, ImuSample):
+        yield from _axes("angular_velocity", sample.angular_velocity, "rad/s", MAX_ANGULAR_VELOCITY)
+        yield from _axes("linear_acceleration", sample.specific_force, "m/s2", MAX_SPECIFIC_FORCE)
+    elif isinstance(sample, FixSample):
+        yield Limited("latitude", sample.latitude_deg, "deg", -90.0, 90.0)
+        yield Limited("longitude", sample.longitude_deg, "deg", -180.0, 180.0)
+        yield Limited("altitude", sample.altitude_m, "m", *ALTITUDE_RANGE_M)
+    elif isinstance(sample, VelocitySample):
+        yield from _axes("velocity", sample.velocity, "m/s", MAX_SPEED)
+    elif isinstance(sample, MagneticSample):
+        yield from _axes("magnetic_field", sample.field, "T", 1.0)
+    elif isinstance(sample, PressureSample):
+        yield Limited("fluid_pressure", sample.pressure_pa, "Pa", *PRESSURE_RANGE_PA)
+    elif isinstance(sample, SatelliteSample):
+        yield Limited("satellites", sample.count, "satellites", 0, MAX_SATELLITES)
+
+
 def check(sample: object) -> None:
     """Hold a sample that was not made of a ROS message to the same limits. Raises BadMessage.
 
     A value of another kind passes.
     """
-    if isinstance(sample, ImuSample):
-        checked_imu(sample.stamp_ns, sample.angular_velocity, sample.specific_force)
-    elif isinstance(sample, FixSample):
-        _within(sample.latitude_deg, "latitude", -90.0, 90.0)
-        _within(sample.longitude_deg, "longitude", -180.0, 180.0)
-        _within(sample.altitude_m, "altitude", *ALTITUDE_RANGE_M)
-    elif isinstance(sample, VelocitySample):
-        _vector(sample.velocity, "velocity", MAX_SPEED)
-    elif isinstance(sample, MagneticSample):
-        _vector(sample.field, "magnetic_field", 1.0)
-    elif isinstance(sample, PressureSample):
-        _within(sample.pressure_pa, "fluid_pressure", *PRESSURE_RANGE_PA)
-    elif isinstance(sample, SatelliteSample):
-        _within(sample.count, "satellites", 0, MAX_SATELLITES)
+    for one in limited(sample):
+        _within(one.value, one.field, one.low, one.high)
 
 
 def header_stamp_ns(message: Any) -> int:
@@ -204,6 +221,11 @@ def _within(value: float, name: str, low: float, high: float) -> float:
     if not low <= value <= high:
         raise BadMessage(f"{name} is {value!r}, not within [{low:g}, {high:g}]")
     return float(value)
+
+
+def _axes(field: str, vector: Vector3, unit: str, limit: float) -> Iterator[Limited]:
+    for axis, value in zip("xyz", vector, strict=True):
+        yield Limited(f"{field}.{axis}", value, unit, -limit, limit)
 
 
 def _xyz(vector: Any) -> Vector3:
