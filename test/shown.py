@@ -3,9 +3,9 @@
 
 from __future__ import annotations
 
+from hijack_detect.detectors.fused import Fused
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.evaluation.monitor.graph import DETECTORS
-from hijack_detect.live.fused import Fused
 from hijack_detect.live.picture import Picture
 from hijack_detect.streams.samples import FixSample
 

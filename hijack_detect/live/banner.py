@@ -6,8 +6,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from hijack_detect.detectors.fused import Fused
 from hijack_detect.detectors.verdict import JUDGED, RAISED, State, Verdict
-from hijack_detect.live.fused import Fused
 
 SILENT_S = 2.5
 """The monitor is dead after this time without hijack_alert, which it repeats every second."""

@@ -10,10 +10,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from hijack_detect.detectors.fused import Fused
 from hijack_detect.detectors.verdict import JUDGED, Verdict
 from hijack_detect.estimation.geodesy import LocalFrame
 from hijack_detect.live.banner import Heard, said, sentence, word
-from hijack_detect.live.fused import Fused
 from hijack_detect.live.series import Curve, Series
 from hijack_detect.streams.samples import NANOSECONDS, FixSample
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Protocol
 
+from hijack_detect.detectors.fused import Fused
 from hijack_detect.mavlink.codec import TEXT_BYTES
 from hijack_detect.streams.samples import NANOSECONDS
 
@@ -42,6 +43,14 @@ class Cause:
     since: str
     words: str
     detectors: tuple[str, ...]
+
+
+def cause_of(fused: Fused) -> Cause | None:
+    """What a fusion/verdict says of an alert; None if it says there is none."""
+    if not fused.alert:
+        return None
+    since = "" if fused.alert_since_ns is None else str(fused.alert_since_ns)
+    return Cause(since, fused.reason, fused.causes)
 
 
 class Memory(Protocol):

@@ -16,7 +16,7 @@ from sensor_msgs.msg import NavSatFix
 from std_msgs.msg import Bool, Float64
 
 from hijack_detect.bags.topics import OWN_TOPICS, PRESETS
-from hijack_detect.live.fused import fused_from
+from hijack_detect.detectors.fused import fused_from
 from hijack_detect.live.picture import Picture
 from hijack_detect.nodes.fusion import ALERT_SUBJECT, ALERT_TOPIC
 from hijack_detect.nodes.messages import verdict_from

@@ -21,9 +21,10 @@ from std_msgs.msg import Bool
 
 from hijack_detect.bags.encoding import encode_sample
 from hijack_detect.bags.topics import OWN_TOPICS, TYPES
+from hijack_detect.detectors.fused import fused_from
 from hijack_detect.level import Level
 from hijack_detect.logs.logged import Logged
-from hijack_detect.mavlink.alarm import Cause
+from hijack_detect.mavlink.alarm import cause_of
 from hijack_detect.mavlink.bridge import Bridge
 from hijack_detect.mavlink.codec import Codec, read_key
 from hijack_detect.mavlink.link import Address, place
@@ -34,7 +35,6 @@ from hijack_detect.nodes.commanded import Commanded
 from hijack_detect.nodes.diagnostics import Diagnostics
 from hijack_detect.nodes.levels import STATUS_LEVELS, log
 from hijack_detect.nodes.message_types import message_class
-from hijack_detect.nodes.messages import fusion_cause
 from hijack_detect.nodes.parameters import declare, naming
 from hijack_detect.nodes.qos import INTERNAL, OVERRIDES
 from hijack_detect.nodes.running import run
@@ -114,11 +114,11 @@ class MavlinkBridge(Node):
 
     def _explain(self, data: bytes) -> None:
         try:
-            found = fusion_cause(deserialize_message(data, DiagnosticArray))
+            fused = fused_from(deserialize_message(data, DiagnosticArray))
         except BadMessage as error:
             self.get_logger().warning(f"fusion/verdict: {error}", throttle_duration_sec=10.0)
             return
-        cause = None if found is None else Cause(*found)
+        cause = cause_of(fused)
         self._worker.do(lambda: self._bridge.alarm.explain(cause))
 
     # What follows is called in the worker's thread.

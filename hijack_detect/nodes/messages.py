@@ -97,24 +97,6 @@ def fusion_message(result: FusionResult) -> DiagnosticArray:
     return _array(result.stamp_ns, "fusion", result.state, result.reason, values)
 
 
-def fusion_cause(message: DiagnosticArray) -> tuple[str, str, tuple[str, ...]] | None:
-    """What a message made by `fusion_message` says of an alert; None if it says there is none.
-
-    Returns:
-        When the alert began (ns, as text), its cause in words, and the detectors that led to it.
-
-    Raises:
-        BadMessage: It is no result of the fusion.
-    """
-    told = only_status(message)
-    values = {pair.key: pair.value for pair in told.values}
-    if not {"alert", "alert_since_ns", "causes"} <= values.keys():
-        raise BadMessage(f"the status of {told.name!r} is no result of the fusion")
-    if values["alert"] != "true":
-        return None
-    return values["alert_since_ns"], told.message, tuple(values["causes"].split())
-
-
 def verdict_from(message: DiagnosticArray) -> Verdict:
     """The verdict in a message made by `verdict_message`.
 

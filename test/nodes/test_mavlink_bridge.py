@@ -32,6 +32,7 @@ from std_msgs.msg import Bool, UInt32
 
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.bags.samples import read_samples
+from hijack_detect.detectors.verdict import State
 from hijack_detect.nodes.qos import ALERT
 from hijack_detect.nodes.running import EXIT_BAD_INPUT
 from hijack_detect.spoofing.scenario import load_scenario
@@ -130,7 +131,14 @@ class Flight:
     def say(self, *, alert: bool, since: str = "123", cause: str = "coast alarm") -> None:
         """Say what the fusion would."""
         self.alert.publish(Bool(data=alert))
-        values = {"alert": str(alert).lower(), "alert_since_ns": since, "causes": "coast gnss"}
+        state = State.ALARM if alert else State.NORMAL
+        values = {
+            "state": state.value,
+            "alert": str(alert).lower(),
+            "alert_since_ns": since,
+            "degraded": "",
+            "causes": "coast gnss",
+        }
         status = DiagnosticStatus(name="fusion", message=cause)
         status.values = [KeyValue(key=key, value=value) for key, value in values.items()]
         self.verdict.publish(DiagnosticArray(status=[status]))

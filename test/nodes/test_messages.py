@@ -15,12 +15,13 @@ from hypothesis import strategies as st
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import Imu
 
+from hijack_detect.detectors.fused import fused_from
 from hijack_detect.detectors.fusion import FusionResult
 from hijack_detect.detectors.verdict import State, Verdict
+from hijack_detect.mavlink.alarm import Cause, cause_of
 from hijack_detect.nodes.messages import (
     LEVELS,
     course_message,
-    fusion_cause,
     fusion_message,
     imu_message,
     time_message,
@@ -189,12 +190,12 @@ def test_a_result_of_the_fusion_as_message() -> None:
         "date.state": "alarm",
         "date.margin": "2.0",
     }
-    assert fusion_cause(fusion_message(result)) == ("4", "cause", ("date",))
+    assert cause_of(fused_from(fusion_message(result))) == Cause("4", "cause", ("date",))
     quiet = dataclasses.replace(result, alert=False, alert_since_ns=None)
-    assert fusion_cause(fusion_message(quiet)) is None
+    assert cause_of(fused_from(fusion_message(quiet))) is None
     for wrong in (verdict_message(alarm), DiagnosticArray()):
         with pytest.raises(BadMessage):
-            fusion_cause(wrong)
+            fused_from(wrong)
 
 
 def test_an_imu_message_says_which_sensor_readings_it_carries() -> None:

@@ -12,7 +12,7 @@ from hijack_detect.streams.messages import BadMessage, header_stamp_ns, only_sta
 
 @dataclass(frozen=True, slots=True)
 class Fused:
-    """One fusion/verdict: state, latched alert with its stamp, who is missing, and the reason."""
+    """One fusion/verdict: state, alert with its stamp and causes, who is missing, the reason."""
 
     stamp_ns: int
     state: State
@@ -20,6 +20,8 @@ class Fused:
     alert_since_ns: int | None
     degraded: tuple[str, ...]
     reason: str
+    causes: tuple[str, ...] = ()
+    """Detectors that led to the alert."""
 
 
 def fused_from(message: Any) -> Fused:
@@ -42,6 +44,7 @@ def fused_from(message: Any) -> Fused:
             since_ns,
             tuple(values["degraded"].split()),
             status.message,
+            tuple(values["causes"].split()),
         )
     except KeyError as error:
         raise BadMessage(f"the verdict of the fusion has no {error}") from error
