@@ -3,29 +3,24 @@
 
 from __future__ import annotations
 
-import json
-
-from hijack_detect.nodes.survival import boot_id, state_path
+from hijack_detect.nodes.state_file import StateFile
 
 
 class Commanded:
     """A file with the alert on which a node has commanded the autopilot; a `Memory`.
 
     A node that is started again in the middle of an alert must not command a second time: by then
-    a pilot may have taken over. After a start of the machine the file counts no more.
+    a pilot may have taken over.
     """
 
     def __init__(self, node: str) -> None:
         """Name the file by ROS domain and full name of the node."""
-        self.path = state_path("commanded", node)
+        self._file = StateFile("commanded", node)
 
     def read(self) -> str | None:
         """See Memory."""
-        try:
-            told = json.loads(self.path.read_text(encoding="utf-8"))
-            return str(told["since_ns"]) if told["boot"] == boot_id() else None
-        except (OSError, ValueError, LookupError, TypeError, RecursionError):
-            return None
+        told = self._file.read()
+        return None if told is None or "since_ns" not in told else str(told["since_ns"])
 
     def write(self, since: str) -> None:
         """See Memory.
@@ -33,11 +28,8 @@ class Commanded:
         Raises:
             OSError: It cannot be written.
         """
-        self.path.parent.mkdir(parents=True, exist_ok=True)
-        part = self.path.with_suffix(".part")
-        part.write_text(json.dumps({"boot": boot_id(), "since_ns": since}) + "\n", encoding="utf-8")
-        part.replace(self.path)
+        self._file.write({"since_ns": since})
 
     def forget(self) -> None:
         """See Memory."""
-        self.path.unlink(missing_ok=True)
+        self._file.forget()

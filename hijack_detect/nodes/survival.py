@@ -3,15 +3,11 @@
 
 from __future__ import annotations
 
-import json
-import os
 import time
 from dataclasses import asdict
-from pathlib import Path
 
 from hijack_detect.detectors.fusion import Latched
-
-BOOT = Path("/proc/sys/kernel/random/boot_id")
+from hijack_detect.nodes.state_file import StateFile
 
 
 class Survivor:
@@ -28,7 +24,8 @@ class Survivor:
             node: Full name of the node.
             survive_s: Longest time between the last sign of life and a new start, s.
         """
-        self.path = state_path("alert", node)
+        self._file = StateFile("alert", node)
+        self.path = self._file.path
         self._survive_s = survive_s
 
     def write(self, alert: Latched) -> None:
@@ -37,18 +34,15 @@ class Survivor:
         Raises:
             OSError: The file cannot be written.
         """
-        self.path.parent.mkdir(parents=True, exist_ok=True)
-        told = {"boot": boot_id(), "alive_s": _uptime_s(), "alert": asdict(alert)}
-        part = self.path.with_suffix(".part")
-        part.write_text(json.dumps(told) + "\n", encoding="utf-8")
-        part.replace(self.path)
+        self._file.write({"alive_s": _uptime_s(), "alert": asdict(alert)})
 
     def read(self) -> Latched | None:
         """The alert to go on with, None if there is none, or what is there cannot be used."""
+        told = self._file.read()
+        if told is None:
+            return None
         try:
-            told = json.loads(self.path.read_text(encoding="utf-8"))
-            age_s = _uptime_s() - float(told["alive_s"])
-            if told["boot"] != boot_id() or not 0.0 <= age_s <= self._survive_s:
+            if not 0.0 <= _uptime_s() - float(told["alive_s"]) <= self._survive_s:
                 return None
             alert = told["alert"]
             return Latched(
@@ -57,24 +51,12 @@ class Survivor:
                 tuple(map(str, alert["causes"])),
                 float(alert["confidence"]),
             )
-        except (OSError, ValueError, ArithmeticError, LookupError, TypeError, RecursionError):
+        except (ValueError, ArithmeticError, LookupError, TypeError, RecursionError):
             return None
 
     def forget(self) -> None:
         """Take the file away: the alert was taken back, or the node was asked to end."""
-        self.path.unlink(missing_ok=True)
-
-
-def state_path(what: str, node: str) -> Path:
-    """Where a node keeps something beyond its end; by ROS domain and its full name."""
-    home = Path(os.environ.get("ROS_HOME") or Path.home() / ".ros")
-    domain = os.environ.get("ROS_DOMAIN_ID") or "0"
-    return home / "hijack_detect" / f"{what}-{domain}{node.replace('/', '-')}.json"
-
-
-def boot_id() -> str:
-    """Which start of the machine this is; empty where that is not known."""
-    return BOOT.read_text(encoding="ascii").strip() if BOOT.is_file() else ""
+        self._file.forget()
 
 
 def _uptime_s() -> float:
