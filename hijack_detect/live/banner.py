@@ -8,9 +8,7 @@ from dataclasses import dataclass
 
 from hijack_detect.detectors.fused import Fused
 from hijack_detect.detectors.verdict import JUDGED, RAISED, State, Verdict
-
-SILENT_S = 2.5
-"""The monitor is dead after this time without hijack_alert, which it repeats every second."""
+from hijack_detect.promise import SILENT_S
 
 
 @dataclass(frozen=True, slots=True)

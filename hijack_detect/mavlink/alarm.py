@@ -9,12 +9,10 @@ from typing import Protocol
 
 from hijack_detect.detectors.fused import Fused
 from hijack_detect.mavlink.codec import TEXT_BYTES
+from hijack_detect.promise import SILENT_S, START_S
 from hijack_detect.streams.samples import NANOSECONDS
 
-SILENT_NS = 5 * NANOSECONDS // 2
-"""hijack_alert is repeated every second: two repetitions are missing."""
-START_NS = 30 * NANOSECONDS
-"""The monitor may take so long to start."""
+SILENT_NS, START_NS = round(SILENT_S * NANOSECONDS), round(START_S * NANOSECONDS)
 CAUSE_NS = 3 * NANOSECONDS // 10
 """So long the cause of an alert is waited for; it follows the alert at once."""
 SILENT, HEARD, OVER = "hijack monitor silent", "hijack monitor heard", "hijack alert is over"

@@ -31,9 +31,9 @@ from hijack_detect.nodes.running import run
 from hijack_detect.nodes.stage_node import StageNode
 from hijack_detect.nodes.survival import Survivor
 from hijack_detect.nodes.wiring import Input, Topics, Wiring
+from hijack_detect.promise import REPEAT_S
 from hijack_detect.streams.samples import NANOSECONDS
 
-HEARTBEAT_S = 1.0
 ALERT_TOPIC = "hijack_alert"
 ALERT_SUBJECT = "hijack alert"
 """What the diagnostics are about."""
@@ -66,7 +66,7 @@ class FusionNode(StageNode[FusionParameters]):
         self._go_on()
         # ROS time may be paused or set; who listens for a sign of life does not wait for it.
         steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self.create_timer(HEARTBEAT_S, self._heartbeat, clock=steady)
+        self.create_timer(REPEAT_S, self._heartbeat, clock=steady)
         self._heartbeat()
 
     @property

@@ -14,6 +14,8 @@ from rclpy.qos import (
 )
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
+from hijack_detect.promise import SILENT_S
+
 SENSOR = QoSProfile(
     history=HistoryPolicy.KEEP_LAST, depth=500, reliability=ReliabilityPolicy.BEST_EFFORT
 )
@@ -34,13 +36,13 @@ STATE = QoSProfile(
 )
 """A state that a late subscriber must learn at once."""
 
-ALERT_LEASE_S, ALERT_DEADLINE_S = 3.0, 2.5
+ALERT_LEASE_S = 3.0
 ALERT = QoSProfile(
     history=HistoryPolicy.KEEP_LAST,
     depth=1,
     reliability=ReliabilityPolicy.RELIABLE,
     durability=DurabilityPolicy.TRANSIENT_LOCAL,
-    deadline=Duration(seconds=ALERT_DEADLINE_S),
+    deadline=Duration(seconds=SILENT_S),
     liveliness=LivelinessPolicy.MANUAL_BY_TOPIC,
     liveliness_lease_duration=Duration(seconds=ALERT_LEASE_S),
 )
