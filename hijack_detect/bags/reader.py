@@ -19,7 +19,7 @@ from hijack_detect.bags.container import Block, Container
 from hijack_detect.bags.errors import BagError
 from hijack_detect.bags.files import mcap_files
 from hijack_detect.bags.places import place
-from hijack_detect.bags.topics import PRESETS, TYPES, TopicMap, topic_map
+from hijack_detect.bags.topics import NEEDED, PRESETS, TYPES, TopicMap, topic_map
 from hijack_detect.streams.samples import NANOSECONDS
 
 if TYPE_CHECKING:
@@ -212,7 +212,7 @@ class BagReader:
         Raises:
             BagError: There is no Imu or no NavSatFix on the topics of the map.
         """
-        for name in ("imu", "fix"):
+        for name in NEEDED:
             topic = getattr(preset, name)
             if self.topics.get(topic) != TYPES[name]:
                 presets = "; ".join(

@@ -18,6 +18,9 @@ TYPES = {
 }
 """Message type of each input."""
 
+NEEDED = ("imu", "fix")
+"""Inputs without which nothing can be judged; the others may be absent."""
+
 OWN_TOPICS = {
     "imu": "imu/data_raw",
     "fix": "gps/fix",
@@ -140,7 +143,7 @@ def _by_type(topics: Mapping[str, str]) -> TopicMap:
         found = sorted(topic for topic in topics if topics[topic] == kind)
         if len(found) == 1 and name != "satellites":  # a UInt32 can be anything
             only[name] = found[0]
-        elif name in ("imu", "fix"):
+        elif name in NEEDED:
             what = f"several {kind} topics ({', '.join(found)})" if found else f"no {kind} topic"
             listed = ", ".join(f"{topic} ({topics[topic]})" for topic in sorted(topics)) or "none"
             raise BagError(

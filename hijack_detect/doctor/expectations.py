@@ -6,10 +6,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from hijack_detect.bags.topics import OWN_TOPICS, PRESETS, TYPES
+from hijack_detect.bags.topics import NEEDED, OWN_TOPICS, PRESETS, TYPES
 from hijack_detect.doctor.finding import Finding, Level
 
-NEEDED = ("imu", "fix")
 USERS = {
     "velocity": "date, kld, coast, gnss, altitude, heading and drag know less",
     "mag": "the heading is known later, and heading cannot tell",

@@ -9,7 +9,7 @@ from typing import Any, Protocol
 
 from hijack_detect.bags.errors import BagError
 from hijack_detect.bags.samples import CONVERT
-from hijack_detect.bags.topics import PRESETS, TYPES
+from hijack_detect.bags.topics import NEEDED, PRESETS, TYPES
 from hijack_detect.logs import px4
 from hijack_detect.logs.frames import attitude
 from hijack_detect.logs.logged import ATTITUDE, Logged, Notes, Wanted
@@ -97,7 +97,7 @@ def _chosen(path: Path, connections: Any, wanted: Wanted, notes: Notes) -> dict[
             notes.skipped[f"{one.topic}: {one.msgtype} is no input"] += one.msgcount
         elif one.topic not in topics.setdefault(name, []):
             topics[name].append(one.topic)
-    for name in ("imu", "fix"):
+    for name in NEEDED:
         if numbers[name] >= len(topics.get(name, ())):
             have = ", ".join(sorted({f"{one.topic} ({one.msgtype})" for one in connections}))
             of = "" if space == "/" else f" in the namespace {wanted.namespace}"

@@ -12,7 +12,7 @@ Needs the package px4_msgs, of the version of the firmware. See docs/px4.md.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from functools import partial
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.node import Node
@@ -20,7 +20,7 @@ from rclpy.serialization import deserialize_message, serialize_message
 from rclpy.type_support import check_for_type_support
 
 from hijack_detect.bags.encoding import encode_sample
-from hijack_detect.bags.topics import OWN_TOPICS, TYPES
+from hijack_detect.bags.topics import NEEDED, OWN_TOPICS, TYPES
 from hijack_detect.logs.px4 import PACKAGE
 from hijack_detect.nodes.diagnostics import Diagnostics
 from hijack_detect.nodes.message_types import message_class
@@ -30,7 +30,7 @@ from hijack_detect.nodes.running import run
 from hijack_detect.px4.clock import Px4Clock
 from hijack_detect.px4.feed import Feed, OtherVersion
 from hijack_detect.px4.parameters import Px4BridgeParameters
-from hijack_detect.px4.topics import GET_PX4_MSGS, MISSING, NEEDED, Px4Topic, px4_topics
+from hijack_detect.px4.topics import GET_PX4_MSGS, MISSING, Px4Topic, px4_topics
 from hijack_detect.streams.messages import BadMessage
 
 REPORT_S = 1.0
@@ -50,18 +50,18 @@ class Px4Bridge(Node):
         super().__init__("px4_bridge", automatically_declare_parameters_from_overrides=True)
         with naming("px4_bridge"):
             parameters = declare(self, Px4BridgeParameters, read_only=True)
-        kinds = {one.msgtype: _px4_class(one) for one in px4_topics(parameters)}
+        topics = px4_topics(parameters)
+        self._kinds = {one.msgtype: _px4_class(one) for one in topics}
         self._px4_clock = Px4Clock(self._tell, self._warn)
         self._outputs = {
             name: self.create_publisher(message_class(TYPES[name]), topic, INTERNAL)
             for name, topic in OWN_TOPICS.items()
         }
-        self._kinds = kinds
         self._heard: dict[str, Feed] = {}
         """By the full name of each subscribed topic; one feed may have several versions of it."""
         self._feeds = []
-        for one in px4_topics(parameters):
-            feed = Feed(one, len(serialize_message(kinds[one.msgtype]())))
+        for one in topics:
+            feed = Feed(one, len(serialize_message(self._kinds[one.msgtype]())))
             self._feeds.append(feed)
             self._subscribe(feed, self.resolve_topic_name(one.topic))
         self._diagnostics = Diagnostics(self)
@@ -73,14 +73,11 @@ class Px4Bridge(Node):
         self.create_subscription(
             self._kinds[feed.topic.msgtype],
             topic,
-            self._callback(feed, topic),
+            partial(self._received, feed, topic),
             SENSOR,
             raw=True,
             qos_overriding_options=OVERRIDES,
         )
-
-    def _callback(self, feed: Feed, topic: str) -> Callable[[bytes], None]:
-        return lambda data: self._received(feed, topic, data)
 
     def _received(self, feed: Feed, topic: str, data: bytes) -> None:
         """Publish what is in a message; one that cannot be used is counted and told."""

@@ -8,9 +8,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
+from hijack_detect.bags.topics import NEEDED
 from hijack_detect.logs.px4 import readings, stamp_us
 from hijack_detect.px4.clock import Px4Clock
-from hijack_detect.px4.topics import MISSING, NEEDED, Px4Topic
+from hijack_detect.px4.topics import MISSING, Px4Topic
 from hijack_detect.streams.messages import BadMessage, check
 from hijack_detect.streams.samples import Sample
 

@@ -25,7 +25,6 @@ MISSING = {
     "vertical specific force to compare with",
 }
 """By input: what to do, and what the monitor loses, where a topic is missing."""
-NEEDED = ("imu", "fix")
 
 
 @dataclass(frozen=True)
