@@ -13,7 +13,6 @@ import importlib
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import click
 from rclpy.node import Node
@@ -100,12 +99,9 @@ def short(kinds: Sequence[str]) -> str:
 
 def parameters_of(node: str) -> type[Parameters] | None:
     """The parameter set of a node, None if it has none of its own."""
-    fields = {field.name: field for field in dataclasses.fields(MonitorParameters)}
     others = {"bag_replay": ReplayParameters, COMPOSED: CompositionParameters, **BESIDE}
     if node in NODE_FIELDS:
-        found: Any = fields[NODE_FIELDS[node]].default_factory
-        assert issubclass(found, Parameters)
-        return found
+        return type(getattr(MonitorParameters(), NODE_FIELDS[node]))
     return others.get(node)
 
 

@@ -20,7 +20,7 @@ from hijack_detect.evaluation.monitor.graph import heard
 from hijack_detect.live.picture import Picture
 from hijack_detect.live.server import Server
 from hijack_detect.nodes.live_viewer import LiveViewer
-from hijack_detect.nodes.running import END_S, SPIN_S
+from hijack_detect.nodes.running import SPIN_S, end_soon
 from hijack_detect.nodes.security import NOT_BUILT_IN, is_asked_for, unprotected
 
 
@@ -66,9 +66,7 @@ def run_live(
             raise RuntimeError("the server of the page has ended by itself")
     finally:
         server.stop()
-        # See END_S: Fast DDS can lock itself up in its farewell, and nobody waits for that.
-        signal.signal(signal.SIGALRM, signal.SIG_DFL)
-        signal.alarm(END_S)
+        end_soon()
         rclpy.try_shutdown()
         signal.alarm(0)
 

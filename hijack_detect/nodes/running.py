@@ -77,7 +77,7 @@ def run_composed(
         nodes = make(executor)
     except (ValueError, RuntimeError) as error:
         if not ok():  # interrupted while it started
-            _end_soon()
+            end_soon()
             return
         built_out = "security libraries" in str(error)
         if not isinstance(error, ValueError) and not (is_asked_for() and built_out):
@@ -93,15 +93,15 @@ def run_composed(
             if isinstance(node, Ending):
                 node.ended()
     finally:
-        _end_soon()
+        end_soon()
         for node in nodes:
             executor.remove_node(node)
             node.destroy_node()
         try_shutdown()
 
 
-def _end_soon() -> None:
-    """See END_S."""
+def end_soon() -> None:
+    """Let the process end within END_S, whatever Fast DDS does."""
     signal.signal(signal.SIGALRM, signal.SIG_DFL)
     signal.alarm(END_S)
 

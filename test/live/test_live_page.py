@@ -30,14 +30,6 @@ def flown() -> Flown:
 
 
 @pytest.fixture
-def server(flown: Flown) -> Iterator[Server]:
-    made = Server(flown.picture, "127.0.0.1", 0)
-    made.start()
-    yield made
-    made.stop()
-
-
-@pytest.fixture
 def page(browser: Browser, server: Server) -> Iterator[Page]:
     """The page, which may not complain nor ask for anything from elsewhere."""
     opened = browser.new_page()

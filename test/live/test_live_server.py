@@ -30,15 +30,6 @@ def flown() -> Flown:
     return made
 
 
-@pytest.fixture
-def server(flown: Flown) -> Iterator[Server]:
-    made = Server(flown.picture, "127.0.0.1", 0)
-    made.start()
-    yield made
-    made.stop()
-    assert not made.alive
-
-
 def ask(
     server: Server, method: str, path: str, headers: dict[str, str] | None = None, body: str = ""
 ) -> tuple[http.client.HTTPResponse, bytes]:
