@@ -63,12 +63,16 @@ def run_composed(
         print(summary.strip())
         return
     # rclpy ends the node at Ctrl-C; a KeyboardInterrupt would hit it in the middle of a callback.
-    signal.signal(signal.SIGINT, lambda *_: None)
+    pressed: list[int] = []
+    signal.signal(signal.SIGINT, lambda number, _: pressed.append(number))
     try:
         rclpy.init(args=sys.argv)
     except RuntimeError as error:  # a parameter file that cannot be read
         print(f"error: {' '.join(str(error).split())}", file=sys.stderr)
         sys.exit(EXIT_BAD_INPUT)
+    if pressed:  # before rclpy was listening
+        try_shutdown()
+        return
     executor = executor_type()
     # The events executor of Jazzy aborts the process in its destructor if a signal came while a
     # node was being added. This reference is never given back.

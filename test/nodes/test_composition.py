@@ -42,6 +42,22 @@ def make(executor):
 run_composed(make, "")
 """
 
+EARLY = """
+import os, signal
+import rclpy
+from rclpy.node import Node
+from hijack_detect.nodes.running import run
+
+start = rclpy.init
+
+def press_and_start(**given):
+    os.kill(os.getpid(), signal.SIGINT)
+    start(**given)
+
+rclpy.init = press_and_start
+run(lambda: Node("early"), "")
+"""
+
 
 def states(verdicts: list[Any]) -> list[str]:
     """The states that follow on each other."""
@@ -118,14 +134,23 @@ def test_a_parameter_out_of_bounds_names_the_node(
     assert "Traceback" not in process.output
 
 
-def test_a_failure_to_receive_ends_the_process(graph: Graph) -> None:
-    done = subprocess.run(
-        [sys.executable, "-c", BROKEN],
-        env={**os.environ, "ROS_DOMAIN_ID": str(graph.domain)},
+def run_script(script: str, domain: int) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-c", script],
+        env={**os.environ, "ROS_DOMAIN_ID": str(domain)},
         capture_output=True,
         text=True,
         timeout=30.0,
         check=False,
     )
+
+
+def test_a_failure_to_receive_ends_the_process(graph: Graph) -> None:
+    done = run_script(BROKEN, graph.domain)
     assert done.returncode == 1
     assert "OSError: the middleware is gone" in done.stderr
+
+
+def test_an_interrupt_while_ros_starts_is_not_lost(domain: int) -> None:
+    done = run_script(EARLY, domain)
+    assert (done.returncode, done.stderr) == (0, "")
