@@ -8,6 +8,7 @@ tuples of floats: body vectors in FLU (x forward, y left, z up), world vectors i
 
 from __future__ import annotations
 
+import enum
 import math
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -33,8 +34,9 @@ class FixSample:
     """One `sensor_msgs/NavSatFix`: WGS-84 geodetic position.
 
     Latitude and longitude stay in degrees, as in the message, so that a fix that is only
-    passed on is not rounded. `has_fix` is false when the receiver reports no fix. `accuracy_m`
-    is the standard deviation that the receiver claims for East and North, None if it says nothing.
+    passed on is not rounded. `altitude_m` is NaN where no height was measured. `has_fix` is false
+    when the receiver reports no fix. `accuracy_m` is the standard deviation that the receiver
+    claims for East and North, `vertical_accuracy_m` that for the height; None if it claims none.
     """
 
     stamp_ns: int
@@ -43,14 +45,28 @@ class FixSample:
     altitude_m: float
     has_fix: bool = True
     accuracy_m: float | None = None
+    vertical_accuracy_m: float | None = None
+
+    @property
+    def has_altitude(self) -> bool:
+        """Whether the height was measured."""
+        return not math.isnan(self.altitude_m)
 
 
 @dataclass(frozen=True, slots=True)
 class VelocitySample:
-    """One GPS velocity, `geometry_msgs/TwistStamped`: m/s in ENU."""
+    """One GPS velocity, `geometry_msgs/TwistStamped`: m/s in ENU.
+
+    The vertical component is NaN where the receiver does not measure it.
+    """
 
     stamp_ns: int
     velocity: Vector3
+
+    @property
+    def has_vertical(self) -> bool:
+        """Whether the vertical velocity was measured."""
+        return not math.isnan(self.velocity[2])
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,6 +131,34 @@ class CourseSample:
         return 2.0 * math.atan2(self.qz, self.qw)
 
 
+class Phase(enum.Enum):
+    """What the vehicle is doing, as the flight-phase estimator sees it."""
+
+    UNKNOWN = "unknown"
+    """Too little data yet."""
+    STANDING = "standing"
+    """At rest on the ground, motors off or idling."""
+    HANDLED = "handled"
+    """Moved by hand or transported: turned about, without motors."""
+    FLYING = "flying"
+    """In the air, hover included."""
+    CRASHED = "crashed"
+    """Came down hard or upside down; until it flies again."""
+
+
+@dataclass(frozen=True, slots=True)
+class PhaseSample:
+    """Phase of the flight at a stamp, and why.
+
+    `since_ns` is the stamp from which the phase holds.
+    """
+
+    stamp_ns: int
+    phase: Phase
+    since_ns: int
+    reason: str
+
+
 GpsSample: TypeAlias = FixSample | VelocitySample | SatelliteSample
 """What a GPS receiver says."""
 
@@ -127,4 +171,5 @@ Sample: TypeAlias = (
     | PressureSample
     | AttitudeSample
     | CourseSample
+    | PhaseSample
 )
