@@ -48,6 +48,9 @@ RATIOS: Mapping[str, LikelihoodRatio] = {
 }
 """By detector. Fitted on half of the flights by benchmarks/fusion_calibration.py, which see."""
 
+CARRY_OFF = frozenset({"coast", "date", "drag"})
+"""Detectors that could see a carry-off: only they count where a flight is said to be watched."""
+
 SHARED = frozenset({"coast", "drag"})
 """Detectors that both feel the drag of the air: the one that says most counts for both."""
 

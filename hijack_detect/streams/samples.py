@@ -137,26 +137,41 @@ class Phase(enum.Enum):
     UNKNOWN = "unknown"
     """Too little data yet."""
     STANDING = "standing"
-    """At rest on the ground, motors off or idling."""
+    """At rest on the ground."""
     HANDLED = "handled"
-    """Moved by hand or transported: turned about, without motors."""
+    """Turned about or carried by hand."""
     FLYING = "flying"
     """In the air, hover included."""
+    LANDING = "landing"
+    """In the air, sinking slowly just above the height of the take-off."""
     CRASHED = "crashed"
-    """Came down hard or upside down; until it flies again."""
+    """Lies on its side or back after a flight."""
+
+    @property
+    def airborne(self) -> bool:
+        """Whether the vehicle is in the air."""
+        return self in (Phase.FLYING, Phase.LANDING)
 
 
 @dataclass(frozen=True, slots=True)
 class PhaseSample:
-    """Phase of the flight at a stamp, and why.
+    """Phase of the flight, and what the IMU is worth.
 
-    `since_ns` is the stamp from which the phase holds.
+    Attributes:
+        stamp_ns: Stamp of the IMU sample that it was decided at.
+        phase: The phase.
+        since_ns: Stamp from which the phase holds.
+        reason: Why, with figures.
+        imu_rate_hz: Rate at which IMU samples arrive over the last seconds, Hz.
+        imu_fault: Why the IMU cannot be used, with figures; empty while it can.
     """
 
     stamp_ns: int
     phase: Phase
     since_ns: int
     reason: str
+    imu_rate_hz: float = 0.0
+    imu_fault: str = ""
 
 
 GpsSample: TypeAlias = FixSample | VelocitySample | SatelliteSample

@@ -29,6 +29,7 @@ from hijack_detect.detectors.kld_parameters import KldParameters
 from hijack_detect.estimation.attitude import AttitudeEstimator
 from hijack_detect.estimation.attitude_parameters import AttitudeParameters
 from hijack_detect.estimation.course import CourseEstimator, CourseParameters
+from hijack_detect.estimation.flight_phase import FlightPhaseEstimator, FlightPhaseParameters
 from hijack_detect.evaluation.monitor.stage import Component, Stage
 from hijack_detect.parameters import ParameterError
 
@@ -41,6 +42,7 @@ class MonitorParameters:
 
     attitude: AttitudeParameters = field(default_factory=AttitudeParameters)
     course: CourseParameters = field(default_factory=CourseParameters)
+    phase: FlightPhaseParameters = field(default_factory=FlightPhaseParameters)
     correlation: CorrelationParameters = field(default_factory=CorrelationParameters)
     date: DateParameters = field(default_factory=DateParameters)
     kld: KldParameters = field(default_factory=KldParameters)
@@ -96,6 +98,7 @@ class Monitor:
         self.stages: Mapping[str, Stage] = {
             "attitude": Stage(lambda: AttitudeEstimator(p.attitude)),
             "course": Stage(lambda: CourseEstimator(p.course)),
+            "phase": Stage(lambda: FlightPhaseEstimator(p.phase)),
             "correlation": Stage(lambda: CorrelationDetector(p.correlation)),
             "date": Stage(lambda: DateDetector(p.date)),
             "kld": Stage(lambda: KldDetector(p.kld)),

@@ -19,6 +19,7 @@ from hijack_detect.yaml_text import plain_data
 NODE_FIELDS = {
     "attitude_estimator": "attitude",
     "gps_angle": "course",
+    "flight_phase": "phase",
     "correlation_detector": "correlation",
     "date_detector": "date",
     "kld_detector": "kld",

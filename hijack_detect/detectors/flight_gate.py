@@ -1,0 +1,68 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
+"""Whether a detector that means flight may judge: phase of the flight, and health of the IMU."""
+
+from __future__ import annotations
+
+from hijack_detect.detectors.verdict import State
+from hijack_detect.streams.samples import NANOSECONDS, Phase, PhaseSample
+
+INPUT = "phase"
+"""Name of the input."""
+MIN_IMU_HZ = 20.0
+"""Slowest IMU that a detector with an attitude can use. The flights of docs/detection-limits.md
+(IMU rate) have the verdicts of 50 Hz down to 25 Hz, and false ones at 10 Hz."""
+SILENT_NS = 3 * NANOSECONDS
+"""Without a phase for this long a detector goes on as in flight: better a false alarm than none."""
+
+
+class FlightGate:
+    """Keeps the newest phase of the flight."""
+
+    def __init__(self, min_imu_hz: float = MIN_IMU_HZ) -> None:
+        """Judge in flight only.
+
+        Args:
+            min_imu_hz: Slowest IMU that the detector can use, Hz; 0 for one that needs none.
+        """
+        self._min_imu_hz = min_imu_hz
+        self._last: PhaseSample | None = None
+        self._airborne_ns: int | None = None
+
+    def update(self, sample: PhaseSample) -> None:
+        """Take the next phase."""
+        before = self._last
+        if sample.phase.airborne:
+            if before is None or not before.phase.airborne:
+                self._airborne_ns = sample.stamp_ns
+        else:
+            self._airborne_ns = None
+        self._last = sample
+
+    def airborne_s(self, stamp_ns: int) -> float:
+        """Time since the vehicle is known to be in the air, s; infinite where there is no phase."""
+        if self._fresh(stamp_ns) is None:
+            return float("inf")
+        since = self._airborne_ns
+        return 0.0 if since is None else max(0, stamp_ns - since) / NANOSECONDS
+
+    def blocked(self, stamp_ns: int) -> tuple[State, str] | None:
+        """State and reason where nothing can be said of the GPS; None where the gate is open."""
+        last = self._fresh(stamp_ns)
+        if last is None:
+            return None
+        if last.phase is Phase.UNKNOWN:
+            return State.NOT_READY, f"not known to be in flight: {last.reason}"
+        if not last.phase.airborne:
+            return State.NOT_OBSERVABLE, f"not in flight: {last.phase.value}, {last.reason}"
+        if not self._min_imu_hz:
+            return None
+        if last.imu_fault:
+            return State.NOT_OBSERVABLE, last.imu_fault
+        if last.imu_rate_hz < self._min_imu_hz:
+            reason = f"the IMU arrives at {last.imu_rate_hz:.0f} Hz"
+            return State.NOT_OBSERVABLE, f"{reason}, {self._min_imu_hz:.0f} Hz are needed"
+        return None
+
+    def _fresh(self, stamp_ns: int) -> PhaseSample | None:
+        last = self._last
+        return last if last is not None and stamp_ns - last.stamp_ns <= SILENT_NS else None

@@ -1,0 +1,172 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
+"""What an IMU is worth: its rate, bursts, clipping, vibration and scale."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import statistics
+from collections import deque
+
+from hijack_detect.estimation.ekf import GRAVITY
+from hijack_detect.streams.samples import NANOSECONDS, ImuSample, Phase, Vector3
+
+SHORT_NS = 2 * NANOSECONDS
+"""Vibration and clipping are judged over this time."""
+LONG_S = 10.0
+"""The mean specific force is judged over this time constant: no vehicle accelerates for longer."""
+RATE_NS = 4 * NANOSECONDS
+"""The rate is counted over this time."""
+HELD_NS = 10 * NANOSECONDS
+"""A fault is kept for this long after its last evidence: a filter that used such samples needs as
+long to recover."""
+SLOWEST_HZ = 15.0
+"""Of slower samples the differences are those of manoeuvres."""
+BURSTY = 3.0
+"""Samples come in bursts when the mean interval is this many times the median, but for one gap."""
+PILE_UP, LEAST_REPEATS = 3, 3
+"""Readings pile up at a limit: this many times as many as of the next value, and at least this
+many."""
+SETTLE_NS = 5 * NANOSECONDS
+"""The scale is not judged before so much was averaged."""
+SPREAD = 1.5
+"""Standard deviations (at least of 0.5 m/s²) from the mean to a limit: the mode of a coarse but
+healthy sensor is nearer."""
+LIGHT, HEAVY = 0.75, 2.2
+"""Mean specific force in flight over gravity. No flight is lighter for 10 s, one with 60° of bank
+has 2; an accelerometer that clips or aliases has 0.1 to 0.7 (measured)."""
+
+
+class ImuHealth:
+    """Follows the samples of one IMU.
+
+    Attributes:
+        rate_hz: Samples a second over the last seconds, Hz.
+    """
+
+    def __init__(self, clip_share: float, max_vibration: float, max_force_error: float) -> None:
+        """Start without samples.
+
+        Args:
+            clip_share: Share of samples at the largest reading from which an axis clips.
+            max_vibration: Largest usable vibration, m/s²/√Hz.
+            max_force_error: Largest usable error of the specific force at rest, m/s².
+        """
+        self._clip_share, self._max_vibration = clip_share, max_vibration
+        self._max_error = max_force_error
+        self._stamps: deque[int] = deque()
+        self._recent: deque[tuple[int, Vector3, float]] = deque()
+        """Stamp, specific force, and square of its step from the one before."""
+        self._steps = 0.0
+        self._last: ImuSample | None = None
+        self._mean: Vector3 = (0.0, 0.0, 0.0)
+        self._since_ns: int | None = None
+        self._faults: dict[str, tuple[int, str]] = {}
+        """When each kind of fault was last found, and what it was."""
+        self._judged_ns = 0
+        self._scale = ""
+        """What is wrong with the scale by the last rest."""
+
+    @property
+    def rate_hz(self) -> float:
+        """Samples a second over the last seconds, Hz; 0 before two came."""
+        if len(self._stamps) < 2:
+            return 0.0
+        return (len(self._stamps) - 1) * NANOSECONDS / (self._stamps[-1] - self._stamps[0])
+
+    def add(self, sample: ImuSample) -> None:
+        """Take the next sample."""
+        stamp, force = sample.stamp_ns, sample.specific_force
+        last, self._last = self._last, sample
+        if last is None or stamp - last.stamp_ns > RATE_NS:
+            self._stamps.clear()
+            self._recent.clear()
+            self._steps = 0.0
+            self._mean, self._since_ns = force, stamp
+            last = None
+        self._stamps.append(stamp)
+        while self._stamps[0] < stamp - RATE_NS:
+            self._stamps.popleft()
+        square = 0.0
+        if last is not None:
+            square = math.fsum(
+                (a - b) ** 2 for a, b in zip(force, last.specific_force, strict=True)
+            )
+            share = min(1.0, (stamp - last.stamp_ns) / NANOSECONDS / LONG_S)
+            x, y, z = (a + share * (b - a) for a, b in zip(self._mean, force, strict=True))
+            self._mean = (x, y, z)
+        self._recent.append((stamp, force, square))
+        while self._recent[0][0] < stamp - SHORT_NS:
+            self._recent.popleft()
+        if stamp - self._judged_ns >= NANOSECONDS // 4:
+            self._judged_ns = stamp
+            self._judge(stamp)
+
+    @property
+    def vibration(self) -> float:
+        """Deviation of the difference of successive specific forces over √2, m/s²."""
+        n = len(self._recent)
+        return math.sqrt(math.fsum(one[2] for one in self._recent) / n / 2.0) if n else 0.0
+
+    def _judge(self, stamp_ns: int) -> None:
+        vibration = self.vibration
+        rate_hz = self.rate_hz
+        if rate_hz >= SLOWEST_HZ and vibration > self._max_vibration * math.sqrt(rate_hz):
+            self._faults["vibration"] = (stamp_ns, f"the IMU vibrates by {vibration:.0f} m/s²")
+        clipped = self._clipped()
+        if clipped:
+            self._faults["clipping"] = (
+                stamp_ns,
+                f"the accelerometer clips at {clipped:.0f} m/s²",
+            )
+        if self._bursty():
+            self._faults["bursts"] = (stamp_ns, "IMU samples come in bursts")
+
+    def _bursty(self) -> bool:
+        intervals = sorted(b - a for a, b in itertools.pairwise(self._stamps))
+        if len(intervals) < 2 * LEAST_REPEATS:
+            return False
+        return statistics.fmean(intervals[:-1]) > BURSTY * statistics.median(intervals)
+
+    def _clipped(self) -> float:
+        """Reading at which an axis clips, m/s²; 0 if none does."""
+        n = len(self._recent)
+        least = max(LEAST_REPEATS, self._clip_share * n)
+        for axis in range(3):
+            values = sorted(one[1][axis] for one in self._recent)
+            mean = math.fsum(values) / n
+            deviation = math.sqrt(math.fsum((one - mean) ** 2 for one in values) / n)
+            for ordered in (values, values[::-1]):
+                limit = ordered[0]
+                if abs(limit - mean) < SPREAD * max(deviation, 0.5):
+                    continue
+                repeats = sum(1 for _ in itertools.takewhile(lambda one: one == limit, ordered))  # noqa: B023
+                if repeats < least or repeats == n:
+                    continue
+                if repeats >= PILE_UP * ordered.count(ordered[repeats]):
+                    return abs(limit)
+        return 0.0
+
+    def fault(self, phase: Phase) -> str:
+        """Why the IMU cannot be used now, with figures; empty if it can.
+
+        Args:
+            phase: The phase of the flight: a mean force is a measure of scale at rest, and within
+                wide bounds in flight, and none in a hand.
+        """
+        last, since_ns = self._last, self._since_ns
+        if last is None or since_ns is None:
+            return ""
+        stamp = last.stamp_ns
+        for found_ns, text in self._faults.values():
+            if stamp - found_ns <= HELD_NS:
+                return text
+        weight = math.hypot(*self._mean)
+        if stamp - since_ns < SETTLE_NS:
+            return self._scale
+        if phase is Phase.STANDING:
+            off = abs(weight - GRAVITY) > self._max_error
+            self._scale = f"at rest the specific force is {weight:.1f} m/s²" if off else ""
+        elif phase.airborne and not LIGHT < weight / GRAVITY < HEAVY:
+            return f"the mean specific force in flight is {weight:.1f} m/s²"
+        return self._scale
