@@ -11,6 +11,7 @@ import numpy as np
 from hijack_detect.detectors.coast_bank import Change, CoastBank, Offsets
 from hijack_detect.detectors.coast_parameters import CoastParameters
 from hijack_detect.detectors.coast_score import Sustained, sustained
+from hijack_detect.detectors.flight_gate import FlightGate
 from hijack_detect.detectors.input_watch import InputWatch
 from hijack_detect.detectors.noise_scale import NoiseScale
 from hijack_detect.detectors.persistence import Persistence
@@ -27,6 +28,7 @@ from hijack_detect.streams.samples import (
     FixSample,
     ImuSample,
     MagneticSample,
+    PhaseSample,
     Quaternion,
     VelocitySample,
 )
@@ -54,10 +56,10 @@ class CoastDetector:
     def __init__(self, parameters: CoastParameters) -> None:
         """Start without heading."""
         self._parameters = p = parameters
-        self.inputs: Mapping[str, float] = dict.fromkeys(
-            ("imu", "velocity", "mag", "fix"), p.sensor_patience_s
-        )
+        sensors = dict.fromkeys(("imu", "velocity", "mag", "fix"), p.sensor_patience_s)
+        self.inputs: Mapping[str, float] = {"phase": p.patience_s, **sensors}
         self._estimator = AttitudeFilter(_estimator_parameters(p), _make_filter)
+        self._gate = FlightGate()
         self._watch = InputWatch(("imu", "fix"))
         self._persistence = Persistence(p.persist_s)
         self._scale = NoiseScale(
@@ -68,9 +70,14 @@ class CoastDetector:
         self._violent_ns: int | None = None
 
     def update(
-        self, name: str, sample: ImuSample | VelocitySample | MagneticSample | FixSample
+        self,
+        name: str,
+        sample: ImuSample | VelocitySample | MagneticSample | FixSample | PhaseSample,
     ) -> Verdict | None:
         """Take the next sample in order of stamp; every fix gives a verdict."""
+        if isinstance(sample, PhaseSample):
+            self._gate.update(sample)
+            return None
         self._estimator.update(name, sample)
         if isinstance(sample, ImuSample):
             self._watch.see("imu", sample.stamp_ns)
@@ -119,6 +126,10 @@ class CoastDetector:
         if lost is not None:
             return self._silent(stamp_ns, *lost)
         p = self._parameters
+        blocked = self._gate.blocked(stamp_ns)
+        if blocked is not None:
+            self._scale.hold()
+            return self._silent(stamp_ns, *blocked)
         if self._filter is None:
             reason = "heading unknown: needs a magnetometer or forward flight"
             return self._silent(stamp_ns, State.NOT_READY, reason)
@@ -127,9 +138,10 @@ class CoastDetector:
             return self._silent(stamp_ns, State.NOT_OBSERVABLE, reason)
         still, free = self._bank.offsets(), self._bank.offsets(changed=True)
         found = self._found(still, free)
-        if found is None or stamp_ns - self._since_ns < p.settle_s * NANOSECONDS:
+        known_s = min((stamp_ns - self._since_ns) / NANOSECONDS, self._gate.airborne_s(stamp_ns))
+        if found is None or known_s < p.settle_s:
             self._learn(stamp_ns, free)
-            reason = f"heading known for less than {p.settle_s:g} s"
+            reason = f"heading known in flight for less than {p.settle_s:g} s"
             return self._silent(stamp_ns, State.NOT_READY, reason)
         return self._judge(stamp_ns, still, free, found)
 
@@ -188,10 +200,13 @@ class CoastDetector:
         state = self._persistence.state(stamp_ns, score > limit)
         if state is State.NORMAL and score > p.suspicious_margin * limit:
             state = State.SUSPICIOUS
-        reason = (
-            f"offset acceleration {values['acceleration']:.2f} m/s² since {age_s:.1f} s, "
-            f"{score:.1f} σ (limit {limit:.1f}); could see {smallest:.2f} m/s²"
-        )
+        size = values["acceleration"]
+        if state is State.NORMAL:
+            reason = f"GPS and IMU agree within {size:.2f} m/s²"
+        else:
+            reason = f"The GPS accelerates by {size:.2f} m/s² that the IMU does not feel"
+        reason += f", since {age_s:.1f} s: {score:.1f} σ (limit {limit:.1f}); "
+        reason += f"could see {smallest:.2f} m/s²"
         return Verdict(self.NAME, stamp_ns, state, score, limit, reason, values)
 
     def _values(self, acceleration: Array, age_s: float, smallest: float) -> dict[str, float]:

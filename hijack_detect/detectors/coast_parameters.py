@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from hijack_detect.detectors.input_watch import patience
 from hijack_detect.parameters import Parameters, param
 from hijack_detect.streams.patience import sensor_patience
 
@@ -163,4 +164,5 @@ class CoastParameters(Parameters):
         low=0.5,
         high=100.0,
     )
+    patience_s: float = patience()
     sensor_patience_s: float = sensor_patience()

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hijack_detect.detectors.date_parameters import DateParameters
+from hijack_detect.detectors.flight_gate import FlightGate
 from hijack_detect.detectors.input_watch import InputWatch
 from hijack_detect.detectors.noise_scale import NoiseScale
 from hijack_detect.detectors.persistence import Persistence
@@ -22,6 +23,7 @@ from hijack_detect.streams.samples import (
     NANOSECONDS,
     AttitudeSample,
     FixSample,
+    PhaseSample,
     VelocitySample,
 )
 
@@ -53,6 +55,7 @@ class DateDetector:
         """Start without history."""
         self._parameters = p = parameters
         self.inputs = {
+            "phase": p.patience_s,
             "attitude": p.patience_s,
             "fix": p.sensor_patience_s,
             "velocity": p.sensor_patience_s,
@@ -63,6 +66,7 @@ class DateDetector:
         self._interval_ns = 0
         """Time between the last two GPS velocities: what the newest difference covers."""
         self._persistence = Persistence(p.persist_s)
+        self._gate = FlightGate()
         self._watch = InputWatch(("attitude", "GPS velocity"))
         self._kept_ns = round((2 * p.max_gap_s + p.gps_lag_s) * NANOSECONDS)
         """Attitudes older than this have no GPS velocity left to belong to."""
@@ -80,9 +84,13 @@ class DateDetector:
         """Time whose differences have been seen."""
 
     def update(
-        self, name: str, sample: AttitudeSample | FixSample | VelocitySample
+        self, name: str, sample: AttitudeSample | FixSample | VelocitySample | PhaseSample
     ) -> Verdict | None:
         """Take the next sample in order of stamp; every GPS velocity gives a verdict."""
+        if isinstance(sample, PhaseSample):
+            if self._parameters.in_flight:
+                self._gate.update(sample)
+            return None
         if isinstance(sample, AttitudeSample):
             self._watch.see("attitude", sample.stamp_ns)
             self._attitudes.append(sample)
@@ -172,7 +180,7 @@ class DateDetector:
         if since is not None and stamp_ns - since <= p.recover_s * NANOSECONDS:
             reason = f"specific force above {p.max_force:g} m/s² less than {p.recover_s:g} s ago"
             return State.NOT_OBSERVABLE, reason
-        return None
+        return self._gate.blocked(stamp_ns)
 
     def _verdict(self, stamp_ns: int) -> Verdict:
         limit = self._limit
@@ -188,7 +196,12 @@ class DateDetector:
             reason = "the usual difference of this vehicle is learnt"
             return Verdict(self.NAME, stamp_ns, State.NOT_READY, 0.0, limit, reason, values)
         state = self._persistence.state(stamp_ns, score > limit)
-        reason = f"Δa {score:.2f} m/s² (limit {limit:.3g})"
+        reason = f"GPS and accelerometer differ by Δa {score:.2f} m/s² (limit {limit:.3g})"
+        if state is not State.NORMAL:
+            reason = (
+                f"The GPS accelerates by {score:.2f} m/s² that the accelerometer does not feel, "
+                f"over {self._parameters.window_s:g} s (limit {limit:.3g})"
+            )
         return Verdict(self.NAME, stamp_ns, state, score, limit, reason, values)
 
     def _learning(self, stamp_ns: int, score: float, limit: float) -> bool:

@@ -82,6 +82,10 @@ class DateParameters(Parameters):
         low=10.0,
         high=180.0,
     )
+    in_flight: bool = param(
+        True,
+        "Judge and learn only while the vehicle is in the air with a usable IMU. Faithful: false.",
+    )
     patience_s: float = patience()
     sensor_patience_s: float = sensor_patience()
     max_gap_s: float = param(

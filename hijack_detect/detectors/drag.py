@@ -12,6 +12,7 @@ import numpy as np
 from hijack_detect.detectors.drag_blocks import BlockBuilder, FlightBlock
 from hijack_detect.detectors.drag_parameters import DragParameters
 from hijack_detect.detectors.drag_phase import FlightPhase
+from hijack_detect.detectors.flight_gate import FlightGate
 from hijack_detect.detectors.input_watch import REPEAT_NS, InputWatch
 from hijack_detect.detectors.persistence import Persistence
 from hijack_detect.detectors.verdict import State, Verdict
@@ -28,6 +29,7 @@ from hijack_detect.streams.samples import (
     NANOSECONDS,
     AttitudeSample,
     FixSample,
+    PhaseSample,
     VelocitySample,
 )
 
@@ -64,6 +66,7 @@ class DragDetector:
         """Start without history."""
         self._parameters = p = parameters
         self.inputs = {
+            "phase": p.patience_s,
             "attitude": p.patience_s,
             "fix": p.sensor_patience_s,
             "velocity": p.sensor_patience_s,
@@ -78,6 +81,7 @@ class DragDetector:
         self._kept: _Checkpoint | None = None
         self._last_ns: int | None = None
         self._persistence = Persistence(p.persist_s)
+        self._gate = FlightGate()
         self._watch = InputWatch(("attitude", "GPS velocity"))
         self._fix: FixSample | None = None
         self._velocity_ns: int | None = None
@@ -85,9 +89,12 @@ class DragDetector:
         """Stamp of the last verdict."""
 
     def update(
-        self, name: str, sample: AttitudeSample | FixSample | VelocitySample
+        self, name: str, sample: AttitudeSample | FixSample | VelocitySample | PhaseSample
     ) -> Verdict | None:
         """Take the next sample in order of stamp; every full block gives a verdict."""
+        if isinstance(sample, PhaseSample):
+            self._gate.update(sample)
+            return None
         if isinstance(sample, AttitudeSample):
             self._watch.see("attitude", sample.stamp_ns)
             self._blocks.attitude(sample)
@@ -149,6 +156,10 @@ class DragDetector:
         self._last_ns = self._told_ns = stamp
         if self._phase.update(block):
             self._forget_wind()
+        blocked = self._gate.blocked(stamp)
+        if blocked is not None:
+            self._forget_wind()
+            return self._no_score(stamp, *blocked)
         unusable = self._unusable(block)
         if unusable is not None:
             return self._no_score(stamp, State.NOT_OBSERVABLE, unusable)
@@ -226,7 +237,7 @@ class DragDetector:
             State.NORMAL,
             change.size,
             limit,
-            f"needs a wind change of {change.size:.1f} m/s in "
+            f"The GPS velocity needs a wind change of {change.size:.1f} m/s in "
             f"{(stamp_ns - reference.stamp_ns) / NANOSECONDS:.0f} s (limit {limit:.1f})",
             self._values(before, change),
         )

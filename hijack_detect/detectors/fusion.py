@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from hijack_detect.detectors.fusion_decisions import decision
 from hijack_detect.detectors.fusion_parameters import FusionParameters
+from hijack_detect.detectors.likelihood import ADVISORY, CARRY_OFF
 from hijack_detect.detectors.verdict import JUDGED, State, Verdict
 from hijack_detect.streams.samples import NANOSECONDS
 
@@ -31,7 +32,8 @@ class FusionResult:
     """What the monitor claims at one header stamp.
 
     `state` is the worst claim that can be made; it is NORMAL only if no expected detector is
-    missing, stale or overdue, and at least one can tell. `alert` is latched until `reset`.
+    missing, stale or overdue, and at least one can tell that could see a carry-off. `alert` is
+    latched until `reset`.
     `confidence` is in [0, 1]: the probability of an attack with policy `default`, and the largest
     that there was of an alert; with the others 0.5 for one detector at its threshold, 1 for an
     alert.
@@ -142,7 +144,7 @@ class Fusion:
         if name not in self._heard_out:
             causes = self._decision.update(verdict)
             if causes and self._alert_since_ns is None:
-                self._alert_since_ns, self._cause = verdict.stamp_ns, _told(causes)
+                self._alert_since_ns, self._cause = verdict.stamp_ns, _causes(causes)
                 self._causes = tuple(dict.fromkeys(v.detector for v in causes))
         self._judge(verdict.stamp_ns)
         return self._result(verdict.stamp_ns)
@@ -162,12 +164,14 @@ class Fusion:
         assert self._first_ns is not None
         late = stamp_ns - self._first_ns > self._stale_ns
         lost = tuple(
-            name for name, v in verdicts.items() if (late if v is None else v.state is State.STALE)
+            name
+            for name, v in verdicts.items()
+            if name not in ADVISORY and (late if v is None else v.state is State.STALE)
         )
         overdue = tuple(
             name
             for name, since_ns in self._unready_since_ns.items()
-            if name not in lost and stamp_ns - since_ns > self._overdue_ns
+            if name not in lost and name not in ADVISORY and stamp_ns - since_ns > self._overdue_ns
         )
         known = {name: v for name, v in verdicts.items() if v is not None}
         state = self._state(known, lost, overdue)
@@ -203,16 +207,25 @@ class Fusion:
             return State.SUSPICIOUS
         if lost:
             return State.STALE
-        if overdue or len(known) < len(self.inputs):
+        if overdue or any(name not in known for name in self.inputs if name not in ADVISORY):
             return State.NOT_READY
-        states = {verdict.state for verdict in known.values()}
+        watching = CARRY_OFF.intersection(known) or known.keys()
+        states = {known[name].state for name in watching}
         if states & JUDGED:
             return State.NORMAL
         return State.NOT_OBSERVABLE if State.NOT_OBSERVABLE in states else State.NOT_READY
 
 
 def _told(verdicts: Sequence[Verdict]) -> str:
-    """Verdicts in words: detector, state, margin, reason."""
+    """Verdicts in words: detector, state, part of its limit, reason."""
     return "; ".join(
-        f"{v.detector} {v.state.value} margin {v.margin:.2f} ({v.reason})" for v in verdicts
+        f"{v.detector}: {v.state.value}, {100.0 * v.margin:.0f} % of its limit ({v.reason})"
+        if v.state in JUDGED
+        else f"{v.detector}: {v.state.value} ({v.reason})"
+        for v in verdicts
     )
+
+
+def _causes(verdicts: Sequence[Verdict]) -> str:
+    """What happened, in the words of the detectors that are over their limits, strongest first."""
+    return "; ".join(f"{v.reason} [{v.detector}, {v.margin:.1f} × its limit]" for v in verdicts)

@@ -8,6 +8,7 @@ from typing import Protocol
 
 from hijack_detect.detectors.fusion_parameters import FusionParameters
 from hijack_detect.detectors.likelihood import (
+    ADVISORY,
     RATIOS,
     SOFT,
     LikelihoodRatio,
@@ -96,9 +97,8 @@ class Calibrated:
 
     ln odds = ln prior odds + Σ ratios, each of the largest margin of the last `together_s`. Of
     detectors that share a source of error only one counts, and one that cannot tell says nothing.
-    An alert also needs an ALARM within that time, of a calibrated detector and not of SOFT; or odds
-    so high that no detector gives them alone (`certain_probability`). And it has to last for
-    `debounce_s`.
+    An alert needs an ALARM within that time too, of a calibrated detector that is not SOFT; and it
+    has to last for `debounce_s`.
     """
 
     def __init__(self, parameters: FusionParameters) -> None:
@@ -116,12 +116,12 @@ class Calibrated:
     def update(self, verdict: Verdict) -> Sequence[Verdict]:
         """See Decision."""
         self._weighed = None
-        if verdict.state in JUDGED:
+        if verdict.state in JUDGED and verdict.detector not in ADVISORY:
             peak = self._peaks.setdefault(verdict.detector, RecentPeak(self._kept_ns))
             peak.add(verdict)
         if verdict.state is State.ALARM and verdict.detector in RATIOS.keys() - SOFT:
             self._alarmed_ns = verdict.stamp_ns
-        if self.confidence(verdict.stamp_ns) < self._needed(verdict.stamp_ns):
+        if not self._claims(verdict.stamp_ns):
             self._since_ns = None
             return ()
         if self._since_ns is None:
@@ -129,18 +129,21 @@ class Calibrated:
         if verdict.stamp_ns - self._since_ns < self._debounce_ns:
             return ()
         said = sorted(self._evidence(verdict.stamp_ns), key=lambda one: -one[1])
-        return [one for one, nats in said if nats > 0.0]
+        return [one for one, _ in said if one.margin >= 1.0]
 
     def suspects(self, verdict: Verdict) -> bool:
         """See Decision: if its alarm alone would make an attack more probable than not."""
+        if verdict.detector in ADVISORY:
+            return False
         most = RATIOS.get(verdict.detector, UNKNOWN).high
         return verdict.state in RAISED and self._prior + most >= 0.0
 
-    def _needed(self, stamp_ns: int) -> float:
-        """Probability from which there is an alert now."""
-        alarmed, p = self._alarmed_ns, self._parameters
-        recent = alarmed is not None and stamp_ns - alarmed <= self._kept_ns
-        return p.alarm_probability if recent else p.certain_probability
+    def _claims(self, stamp_ns: int) -> bool:
+        """Whether there is an alarm that may make an alert, and the odds are high enough."""
+        alarmed = self._alarmed_ns
+        if alarmed is None or stamp_ns - alarmed > self._kept_ns:
+            return False
+        return self.confidence(stamp_ns) >= self._parameters.alarm_probability
 
     def confidence(self, stamp_ns: int) -> float:
         """See Decision: the probability."""

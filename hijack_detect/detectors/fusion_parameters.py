@@ -41,13 +41,6 @@ class FusionParameters(Parameters):
         low=0.5,
         high=0.9999,
     )
-    certain_probability: float = param(
-        0.97,
-        "Policy `default`: ALARM from this probability on, without the alarm of a detector. No "
-        "detector gives it alone, two that are near to their limits do. Clean flights reach 0.77.",
-        low=0.5,
-        high=0.9999,
-    )
     warn_probability: float = param(
         0.9,
         "Policy `default`: SUSPICIOUS from this probability on, whatever single detectors say, "

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from hijack_detect.detectors.flight_gate import FlightGate
 from hijack_detect.detectors.gnss_checks.acceleration import AccelerationCheck
 from hijack_detect.detectors.gnss_checks.freeze import FreezeCheck
 from hijack_detect.detectors.gnss_checks.jump import JumpCheck, JumpLimits
@@ -22,8 +23,16 @@ from hijack_detect.detectors.gnss_sanity_parameters import GnssSanityParameters
 from hijack_detect.detectors.input_watch import InputWatch
 from hijack_detect.detectors.set_back import SetBack
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.streams.samples import NANOSECONDS, FixSample, GpsSample, VelocitySample
+from hijack_detect.streams.samples import (
+    NANOSECONDS,
+    FixSample,
+    GpsSample,
+    PhaseSample,
+    VelocitySample,
+)
 
+BELOW_ALARM = 0.99
+"""Largest margin outside of flight."""
 RANK = (State.NORMAL, State.SUSPICIOUS, State.ALARM)
 
 
@@ -31,6 +40,8 @@ class GnssSanityDetector:
     """Runs every check at every fix; the verdict is that of the one that claims most.
 
     The score is its margin. What a check claims is kept for `hold_s` after its last evidence.
+    Before a take-off and after a crash it is SUSPICIOUS at most: a receiver that settles jumps as
+    well.
     """
 
     NAME = "gnss"
@@ -38,9 +49,9 @@ class GnssSanityDetector:
     def __init__(self, parameters: GnssSanityParameters) -> None:
         """Start without samples."""
         self._parameters = p = parameters
-        self.inputs: Mapping[str, float] = dict.fromkeys(
-            ("velocity", "satellites", "fix"), p.sensor_patience_s
-        )
+        sensors = dict.fromkeys(("velocity", "satellites", "fix"), p.sensor_patience_s)
+        self.inputs: Mapping[str, float] = {"phase": p.patience_s, **sensors}
+        self._gate = FlightGate(min_imu_hz=0.0)
         self._track = Track()
         self._set_back = {name: SetBack() for name in ("fix", "velocity")}
         self._watch = InputWatch(("fix",))
@@ -65,8 +76,11 @@ class GnssSanityDetector:
         self._held: dict[State, tuple[int, str]] = {}
         """When SUSPICIOUS and ALARM were last found, and why."""
 
-    def update(self, name: str, sample: GpsSample) -> Verdict | None:
+    def update(self, name: str, sample: GpsSample | PhaseSample) -> Verdict | None:
         """Take the next sample in order of stamp; every fix gives a verdict."""
+        if isinstance(sample, PhaseSample):
+            self._gate.update(sample)
+            return None
         stamp_ns = sample.stamp_ns
         if isinstance(sample, FixSample):
             self._watch.see("fix", stamp_ns)
@@ -116,6 +130,9 @@ class GnssSanityDetector:
         values: dict[str, float] | None = None,
     ) -> Verdict:
         """A verdict, or what is kept."""
+        blocked = self._gate.blocked(stamp_ns)
+        if blocked is not None and state is State.ALARM:
+            state, score, reason = State.SUSPICIOUS, BELOW_ALARM, f"{reason}; {blocked[1]}"
         if state in (State.SUSPICIOUS, State.ALARM):
             self._held[state] = (stamp_ns, reason)
         for kept in (State.ALARM, State.SUSPICIOUS):
@@ -135,7 +152,7 @@ def _rank(state: State) -> int:
 def _reason(name: str, finding: Finding) -> str:
     if finding.state is State.NORMAL:
         return f"consistent, nearest to its limit is {name} with margin {finding.margin:.2f}"
-    return f"{name}: {finding.text}"
+    return f"The receiver contradicts itself: {finding.text}"
 
 
 def _jump_limits(p: GnssSanityParameters, suspicious_m: float, alarm_m: float) -> JumpLimits:

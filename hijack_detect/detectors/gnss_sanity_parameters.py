@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from hijack_detect.detectors.input_watch import patience
 from hijack_detect.parameters import Parameters, param
 from hijack_detect.streams.patience import sensor_patience
 
@@ -167,4 +168,5 @@ class GnssSanityParameters(Parameters):
         low=0.0,
         high=600.0,
     )
+    patience_s: float = patience()
     sensor_patience_s: float = sensor_patience()

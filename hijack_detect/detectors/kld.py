@@ -5,13 +5,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from hijack_detect.detectors.flight_gate import FlightGate
 from hijack_detect.detectors.input_watch import InputWatch
 from hijack_detect.detectors.kld_parameters import NAMES, KldParameters
 from hijack_detect.detectors.kld_series import DistributionSeries, Divergence, RowSeries, Series
 from hijack_detect.detectors.kld_values import Changes, Table2Values, Values
 from hijack_detect.detectors.set_back import SetBack
-from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.streams.samples import NANOSECONDS, FixSample, GpsSample
+from hijack_detect.detectors.verdict import JUDGED, State, Verdict
+from hijack_detect.streams.samples import NANOSECONDS, FixSample, GpsSample, PhaseSample
 
 ATTACK, NO_ATTACK = 111, 110
 """The codes of the paper's analyser (§3.3)."""
@@ -49,7 +50,8 @@ class KldDetector:
     def __init__(self, parameters: KldParameters) -> None:
         """Start with empty windows."""
         self._parameters = p = parameters
-        self.inputs = dict.fromkeys(("velocity", "satellites", "fix"), p.patience_s)
+        self.inputs = dict.fromkeys(("phase", "velocity", "satellites", "fix"), p.patience_s)
+        self._gate = FlightGate(min_imu_hz=0.0)
         self._set_back = SetBack()
         self._begin()
         self._max_gap_ns = round(p.max_gap_s * NANOSECONDS)
@@ -69,8 +71,12 @@ class KldDetector:
         """Keep the alarm of the detector before: a clock that is set back takes none back."""
         self._latched = before._latched
 
-    def update(self, name: str, sample: GpsSample) -> Verdict | None:
+    def update(self, name: str, sample: GpsSample | PhaseSample) -> Verdict | None:
         """Take the next sample in order of stamp; every fix gives a verdict."""
+        if isinstance(sample, PhaseSample):
+            if self._parameters.mode == "hardened":
+                self._gate.update(sample)
+            return None
         if isinstance(sample, FixSample) and self._set_back.caught_up(sample.stamp_ns):
             self._begin()
         if isinstance(sample, FixSample) and not sample.has_fix:
@@ -137,7 +143,10 @@ class KldDetector:
             f"{name} by {current[name].total:.3g} nat (limit {p.threshold(name):g})"
             for name in (ranked[:count] if alarm else claims or ranked[:1])
         )
-        reason = f"changed: {told}" if alarm or claims else f"largest change: {told}"
+        what = (
+            "The GPS values have changed their statistics" if alarm or claims else "largest change"
+        )
+        reason = f"{what}: {told}"
         state = State.ALARM if alarm else State.NORMAL
         if claims and not alarm:
             state, reason = State.SUSPICIOUS, f"{reason}; {p.quorum} parameters are needed"
@@ -154,7 +163,10 @@ class KldDetector:
         score: float = 0.0,
         values: dict[str, float] | None = None,
     ) -> Verdict:
-        """A verdict, or the alarm that is kept."""
+        """A verdict, or the alarm that is kept; on the ground a receiver may settle."""
+        blocked = self._gate.blocked(stamp_ns) if state in JUDGED else None
+        if blocked is not None:
+            (state, reason), score = blocked, 0.0
         if state is State.ALARM and self._latched is None and self._parameters.latched:
             self._latched = (stamp_ns, reason)
         if self._latched is not None and state is not State.ALARM:

@@ -52,8 +52,10 @@ DISTURBED = 0.03
 RESTLESS = 0.35
 """m/s²: the same for the specific force."""
 ASSUME_NS = 20 * NANOSECONDS
-"""A vehicle that shakes for this long without any evidence is taken to fly: a monitor that starts
-in a hover must judge."""
+"""A vehicle that shakes upright for this long is taken to fly where no barometer says how high it
+is, or where the monitor has just started, perhaps in a hover."""
+STEADY = math.cos(math.radians(20.0))
+"""Mean lean over a second in a hover or a slow flight; a vehicle in a hand leans more."""
 LEAN, LYING = math.cos(math.radians(35.0)), math.cos(math.radians(60.0))
 """The specific force of a vehicle that flies is along its z axis: thrust or lift. Further off, and
 as large as gravity, it hangs in a hand or lies on its side."""
@@ -357,8 +359,9 @@ class FlightPhaseEstimator:
         rising = self._held["rising"].ns(
             stamp_ns, disturbed and math.isnan(m.height) and m.rise > times * p.climb_rate
         )
+        blind = self._phase is Phase.UNKNOWN or math.isnan(m.height)
         shaking = self._held["shaking"].ns(
-            stamp_ns, self._phase is Phase.UNKNOWN and m.gyro > DISTURBED and upright
+            stamp_ns, blind and m.gyro > DISTURBED and m.upright > STEADY and not in_hand
         )
         if up >= times * NANOSECONDS:
             return f"{m.height:.1f} m over the ground by barometer"
@@ -367,7 +370,7 @@ class FlightPhaseEstimator:
         if rising >= CONFIRM_NS:
             return f"climbs at {m.rise:.1f} m/s"
         if shaking >= ASSUME_NS:
-            return f"shakes ({m.gyro:.2f} rad/s) since the start"
+            return f"shakes upright ({m.gyro:.2f} rad/s) for {ASSUME_NS / NANOSECONDS:.0f} s"
         return ""
 
     def _at_rest(self, m: _Motion) -> bool:

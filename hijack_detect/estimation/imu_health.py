@@ -161,10 +161,12 @@ class ImuHealth:
         for found_ns, text in self._faults.values():
             if stamp - found_ns <= HELD_NS:
                 return text
-        weight = math.hypot(*self._mean)
         if stamp - since_ns < SETTLE_NS:
             return self._scale
+        weight = math.hypot(*self._mean)
         if phase is Phase.STANDING:
+            forces = [force for _, force, _ in self._recent]
+            weight = math.hypot(*(statistics.fmean(axis) for axis in zip(*forces, strict=True)))
             off = abs(weight - GRAVITY) > self._max_error
             self._scale = f"at rest the specific force is {weight:.1f} m/s²" if off else ""
         elif phase.airborne and not LIGHT < weight / GRAVITY < HEAVY:

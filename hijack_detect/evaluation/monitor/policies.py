@@ -58,6 +58,7 @@ POLICIES: Mapping[str, Mapping[str, Mapping[str, Any]]] = {
             "max_tilt_deg": 180.0,
             "noise_gain": 0.0,
             "max_force": 1000.0,
+            "in_flight": False,
         },
         "kld_detector": {
             "mode": "faithful",
