@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Mapping
 
 import numpy as np
@@ -37,6 +38,10 @@ YOUNGEST_S = 0.9
 """Age from which on an onset is judged."""
 SPACING_S = 0.35
 """An onset begins with the first fix after this."""
+LONGEST_SAMPLE_NS = NANOSECONDS // 10
+"""A sample after a gap stands for no longer than this."""
+LEAST_WAIT_NS = 2 * NANOSECONDS
+"""After a single excursion: the lag of the GPS, and the youngest onset."""
 LOWEST_SCALE, HIGHEST_SCALE = 0.3, 3.0
 
 
@@ -58,7 +63,7 @@ class CoastDetector:
         self._parameters = p = parameters
         sensors = dict.fromkeys(("imu", "velocity", "mag", "fix"), p.sensor_patience_s)
         self.inputs: Mapping[str, float] = {"phase": p.patience_s, **sensors}
-        self._estimator = AttitudeFilter(_estimator_parameters(p), _make_filter)
+        self._estimator = AttitudeFilter(_estimator_parameters(p), self._make_filter)
         self._gate = FlightGate()
         self._watch = InputWatch(("imu", "fix"))
         self._persistence = Persistence(p.persist_s)
@@ -66,8 +71,11 @@ class CoastDetector:
             LOWEST_SCALE, HIGHEST_SCALE, delay_s=p.longest_s, memory_s=90.0, prior_s=5.0, clip=3.5
         )
         self._filter: AirEkf | None = None
+        self._bridged = 0
         self._since_ns = 0
-        self._violent_ns: int | None = None
+        self._imu_ns = 0
+        self._excursions: deque[tuple[int, int]] = deque()
+        """Stamp and length (ns) of the samples beyond max_force or max_rate."""
 
     def update(
         self,
@@ -81,7 +89,7 @@ class CoastDetector:
         self._estimator.update(name, sample)
         if isinstance(sample, ImuSample):
             self._watch.see("imu", sample.stamp_ns)
-            self._note_violence(sample)
+            self._note_excursion(sample)
             return self._verdict(sample.stamp_ns) if self._watch.due(sample.stamp_ns) else None
         self._follow(sample.stamp_ns)
         if not isinstance(sample, FixSample):
@@ -90,13 +98,26 @@ class CoastDetector:
             self._watch.see("fix", sample.stamp_ns)
         return self._verdict(sample.stamp_ns)
 
-    def _note_violence(self, sample: ImuSample) -> None:
-        p = self._parameters
+    def _note_excursion(self, sample: ImuSample) -> None:
+        p, stamp = self._parameters, sample.stamp_ns
+        last_ns, self._imu_ns = self._imu_ns, stamp
         if (
             math.hypot(*sample.specific_force) > p.max_force
             or math.hypot(*sample.angular_velocity) > p.max_rate
         ):
-            self._violent_ns = sample.stamp_ns
+            self._excursions.append((stamp, min(stamp - last_ns, LONGEST_SAMPLE_NS)))
+        while self._excursions and stamp - self._excursions[0][0] > p.recover_s * NANOSECONDS:
+            self._excursions.popleft()
+
+    def _recovering(self, stamp_ns: int) -> bool:
+        """Whether an excursion of the IMU still weighs on the filter."""
+        if not self._excursions:
+            return False
+        p = self._parameters
+        beyond_ns = sum(length for _, length in self._excursions)
+        wait_ns = LEAST_WAIT_NS + p.recover_gain * beyond_ns
+        since_ns = stamp_ns - self._excursions[-1][0]
+        return since_ns <= min(wait_ns, p.recover_s * NANOSECONDS)
 
     def _follow(self, stamp_ns: int) -> None:
         """Account what the filter has done; begin afresh with another filter."""
@@ -109,17 +130,31 @@ class CoastDetector:
             self._filter = None
             return
         if ekf is not self._filter:
-            self._filter, self._since_ns = ekf, stamp_ns
-            p = self._parameters
-            gusts = dict.fromkeys(range(WIND.start, WIND.stop), Change(p.gust, p.gust_rate))
-            self._bank = CoastBank(SIZE, YOUNGEST_S, p.longest_s, SPACING_S, gusts)
-            self._scale.hold()
+            # After a gap the noise is known, and the filter's own covariance says what it can see.
+            if self._estimator.bridged == self._bridged:
+                self._since_ns = stamp_ns
+            self._filter = ekf
+            self._begin_bank()
+        elif self._estimator.bridged != self._bridged:
+            self._begin_bank()
+        self._bridged = self._estimator.bridged
         for step in ekf.steps:
             if isinstance(step, Propagated):
                 self._bank.propagate(step)
             else:
                 self._bank.measure(step)
         ekf.steps.clear()
+
+    def _make_filter(self, attitude: Quaternion, sigmas: Array, noise: ProcessNoise) -> Ekf:
+        p = self._parameters
+        errors = ModelErrors(max_force=p.max_force, max_rate=p.max_rate)
+        return AirEkf(attitude, sigmas, noise, errors, DragNoise())
+
+    def _begin_bank(self) -> None:
+        p = self._parameters
+        gusts = dict.fromkeys(range(WIND.start, WIND.stop), Change(p.gust, p.gust_rate))
+        self._bank = CoastBank(SIZE, YOUNGEST_S, p.longest_s, SPACING_S, gusts)
+        self._scale.hold()
 
     def _verdict(self, stamp_ns: int) -> Verdict:
         lost = self._watch.lost(stamp_ns)
@@ -133,7 +168,7 @@ class CoastDetector:
         if self._filter is None:
             reason = "heading unknown: needs a magnetometer or forward flight"
             return self._silent(stamp_ns, State.NOT_READY, reason)
-        if self._violent(stamp_ns):
+        if self._recovering(stamp_ns):
             reason = f"specific force or rate beyond {p.max_force:g} m/s², {p.max_rate:g} rad/s"
             return self._silent(stamp_ns, State.NOT_OBSERVABLE, reason)
         still, free = self._bank.offsets(), self._bank.offsets(changed=True)
@@ -169,10 +204,6 @@ class CoastDetector:
         if len(offsets.age_s):
             self._scale.add(stamp_ns, float(np.mean(offsets.whitened)))
 
-    def _violent(self, stamp_ns: int) -> bool:
-        since = self._violent_ns
-        return since is not None and (stamp_ns - since <= self._parameters.recover_s * NANOSECONDS)
-
     def _silent(self, stamp_ns: int, state: State, reason: str) -> Verdict:
         """A verdict that says nothing of the GPS."""
         self._persistence.reset()
@@ -196,6 +227,12 @@ class CoastDetector:
         if scale > p.max_noise_scale:
             self._persistence.reset()
             reason = f"IMU and GPS disagree {scale:.1f} times more than they should"
+            return Verdict(self.NAME, stamp_ns, State.NOT_OBSERVABLE, 0.0, limit, reason, values)
+        if smallest > p.max_visible:
+            self._persistence.reset()
+            reason = (
+                f"could only see {smallest:.1f} m/s²: tilt or heading are not known well enough"
+            )
             return Verdict(self.NAME, stamp_ns, State.NOT_OBSERVABLE, 0.0, limit, reason, values)
         state = self._persistence.state(stamp_ns, score > limit)
         if state is State.NORMAL and score > p.suspicious_margin * limit:
@@ -234,7 +271,3 @@ def _estimator_parameters(p: CoastParameters) -> AttitudeParameters:
         accel_bias_walk=p.accel_bias_walk,
         gyro_bias_walk=p.gyro_bias_walk,
     )
-
-
-def _make_filter(attitude: Quaternion, sigmas: Array, noise: ProcessNoise) -> Ekf:
-    return AirEkf(attitude, sigmas, noise, ModelErrors(), DragNoise())

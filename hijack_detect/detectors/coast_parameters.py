@@ -137,22 +137,31 @@ class CoastParameters(Parameters):
     )
     recover_s: float = param(
         30.0,
-        "NOT_OBSERVABLE for this long after aerobatics or a crash, whose errors of scale are "
-        "larger than any attack.",
+        "NOT_OBSERVABLE for at most this long after aerobatics or a crash, whose errors of scale "
+        "are larger than any attack.",
         unit="s",
         low=1.0,
         high=600.0,
     )
+    recover_gain: float = param(
+        60.0,
+        "The wait is 2 s and this times the time that the IMU spent beyond max_force or max_rate "
+        "within recover_s. One sample in a steep turn costs 3.2 s, half a second of aerobatics the "
+        "whole: a recorded fixed wing had an error of 1.4 times the limit 11 s after 0.24 s.",
+        low=0.0,
+        high=1000.0,
+    )
     max_force: float = param(
         25.0,
-        "A specific force above this is one.",
+        "A specific force above this is an excursion: aerobatics or a crash, in which the vehicle "
+        "counts as unseen.",
         unit="m/s²",
         low=11.0,
         high=1000.0,
     )
     max_rate: float = param(
         6.0,
-        "An angular velocity above this is one.",
+        "The same for an angular velocity.",
         unit="rad/s",
         low=0.1,
         high=100.0,
@@ -162,6 +171,14 @@ class CoastParameters(Parameters):
         "NOT_OBSERVABLE while the noise scale is above this: IMU and GPS of this vehicle do not "
         "agree well enough to tell an attack.",
         low=0.5,
+        high=100.0,
+    )
+    max_visible: float = param(
+        3.0,
+        "NOT_OBSERVABLE while the smallest acceleration that it could see is larger: after a gap, "
+        "until tilt and heading are known again. No drone is carried off so fast.",
+        unit="m/s²",
+        low=0.1,
         high=100.0,
     )
     patience_s: float = patience()

@@ -4,11 +4,11 @@
 from __future__ import annotations
 
 import math
-from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
 
+from hijack_detect.detectors.attitude_window import AttitudeWindow
 from hijack_detect.detectors.date_parameters import DateParameters
 from hijack_detect.detectors.flight_gate import FlightGate
 from hijack_detect.detectors.input_watch import InputWatch
@@ -68,9 +68,7 @@ class DateDetector:
         self._persistence = Persistence(p.persist_s)
         self._gate = FlightGate()
         self._watch = InputWatch(("attitude", "GPS velocity"))
-        self._kept_ns = round((2 * p.max_gap_s + p.gps_lag_s) * NANOSECONDS)
-        """Attitudes older than this have no GPS velocity left to belong to."""
-        self._attitudes: deque[AttitudeSample] = deque()
+        self._attitudes = AttitudeWindow(2 * p.max_gap_s + p.gps_lag_s)
         self._motion: _Motion | None = None
         self._fix: FixSample | None = None
         self._velocity_ns: int | None = None
@@ -93,9 +91,7 @@ class DateDetector:
             return None
         if isinstance(sample, AttitudeSample):
             self._watch.see("attitude", sample.stamp_ns)
-            self._attitudes.append(sample)
-            while self._attitudes[0].stamp_ns < sample.stamp_ns - self._kept_ns:
-                self._attitudes.popleft()
+            self._attitudes.add(sample)
             if math.hypot(*sample.specific_force) > self._parameters.max_force:
                 self._violent_ns = sample.stamp_ns
             if sample.orientation is not None and up_component(sample) < self._lowest_up:
@@ -136,7 +132,7 @@ class DateDetector:
     def _difference(self, before: _Motion, after: _Motion) -> Array | None:
         """Rᵀ(a_gps − g) − f over one interval, FLU, shape (3,); None where it is unknown."""
         dt = (after.valid_ns - before.valid_ns) / NANOSECONDS
-        samples = self._take(before.valid_ns, after.valid_ns)
+        samples = self._attitudes.take(before.valid_ns, after.valid_ns)
         orientations = [s.orientation for s in samples if s.orientation is not None]
         if not orientations or not 0.0 < dt <= self._parameters.max_gap_s:
             return None
@@ -145,15 +141,6 @@ class DateDetector:
         acceleration = (after.velocity - before.velocity) / dt
         difference: Array = rotation.T @ (acceleration + np.array([0.0, 0.0, GRAVITY])) - force
         return difference
-
-    def _take(self, start_ns: int, end_ns: int) -> list[AttitudeSample]:
-        """Attitudes over (start, end]; they and older ones are forgotten."""
-        taken = []
-        while self._attitudes and self._attitudes[0].stamp_ns <= end_ns:
-            sample = self._attitudes.popleft()
-            if sample.stamp_ns > start_ns:
-                taken.append(sample)
-        return taken
 
     @property
     def _covered_ns(self) -> int:

@@ -4,11 +4,11 @@
 from __future__ import annotations
 
 import math
-from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
 
+from hijack_detect.detectors.attitude_window import AttitudeWindow
 from hijack_detect.estimation.drag_filter import AirBlock
 from hijack_detect.estimation.rotation import Array, matrices
 from hijack_detect.streams.samples import NANOSECONDS, AttitudeSample
@@ -55,17 +55,14 @@ class BlockBuilder:
             lag_s: Largest lag of a GPS velocity; older attitudes are forgotten.
         """
         self._block_s, self._max_gap_ns = block_s - JITTER_S, round(max_gap_s * NANOSECONDS)
-        self._kept_ns = round((2 * max_gap_s + lag_s) * NANOSECONDS)
-        self._attitudes: deque[AttitudeSample] = deque()
+        self._attitudes = AttitudeWindow(2 * max_gap_s + lag_s)
         self._last: tuple[int, Array] | None = None
         self._parts: list[tuple[float, Array]] = []
         self._worst = 0.0
 
     def attitude(self, sample: AttitudeSample) -> None:
         """Take an attitude."""
-        self._attitudes.append(sample)
-        while self._attitudes[0].stamp_ns < sample.stamp_ns - self._kept_ns:
-            self._attitudes.popleft()
+        self._attitudes.add(sample)
 
     def velocity(self, stamp_ns: int, valid_ns: int, velocity: Array) -> FlightBlock | None:
         """Take a GPS velocity; return a block that became full.
@@ -79,7 +76,7 @@ class BlockBuilder:
         if last is None or not 0 < valid_ns - last[0] <= self._max_gap_ns:
             self._clear()
             return None
-        samples = self._take(last[0], valid_ns)
+        samples = self._attitudes.take(last[0], valid_ns)
         if not samples or any(sample.orientation is None for sample in samples):
             self._clear()
             return None
@@ -112,12 +109,3 @@ class BlockBuilder:
 
     def _clear(self) -> None:
         self._parts, self._worst = [], 0.0
-
-    def _take(self, start_ns: int, end_ns: int) -> list[AttitudeSample]:
-        """Attitudes over (start, end]; they and older ones are forgotten."""
-        taken = []
-        while self._attitudes and self._attitudes[0].stamp_ns <= end_ns:
-            sample = self._attitudes.popleft()
-            if sample.stamp_ns > start_ns:
-                taken.append(sample)
-        return taken

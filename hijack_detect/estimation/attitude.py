@@ -22,6 +22,8 @@ from hijack_detect.streams.samples import (
 )
 
 LEVEL: Quaternion = (0.0, 0.0, 0.0, 1.0)
+SETTLED_TILT = math.radians(2.0)
+"""Roll and pitch are published from this standard deviation on: 2° feel like 0.34 m/s²."""
 
 
 class AttitudeEstimator:
@@ -40,6 +42,7 @@ class AttitudeEstimator:
         self._filter = AttitudeFilter(parameters)
         self.inputs: Mapping[str, float] = self._filter.inputs
         self._last: ImuSample | None = None
+        self._bridged = 0
         self._forget()
 
     def _forget(self) -> None:
@@ -66,12 +69,17 @@ class AttitudeEstimator:
         if last is not None and self._filter.ekf is not None:
             self._turn(last, sample, self._filter.ekf)
         self._behind |= self._filter.update("imu", sample)
+        if self._filter.bridged != self._bridged:
+            self._bridged, self._settled = self._filter.bridged, False
         if self._filter.ekf is None:
             self._forget()
         elif self._behind:
             self._carry(self._filter.ekf)
         variance = self._heading_variance()
-        self._settled |= math.sqrt(variance) < math.radians(self._parameters.settled_sigma_deg)
+        self._settled |= (
+            math.sqrt(variance) < math.radians(self._parameters.settled_sigma_deg)
+            and self._tilt_variance() < SETTLED_TILT**2
+        )
         orientation = self._orientation()
         return AttitudeSample(
             sample.stamp_ns,
@@ -105,6 +113,11 @@ class AttitudeEstimator:
         """Variance of the heading, rad²; infinite while several headings are possible."""
         ekf = self._filter.ekf
         return ekf.heading_variance if ekf is not None and self._filter.decided else math.inf
+
+    def _tilt_variance(self) -> float:
+        """Larger variance of roll and pitch, rad²."""
+        ekf = self._filter.ekf
+        return math.inf if ekf is None else float(ekf.covariance.diagonal()[6:8].max())
 
     def _orientation(self) -> Quaternion | None:
         """What is published: None until it can be trusted."""

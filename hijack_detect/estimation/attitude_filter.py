@@ -52,6 +52,16 @@ MAG_REFUSED_NS = 30 * NANOSECONDS
 """Longest time without the magnetometer: then the filter may be the one that is wrong."""
 RESTART_SIGMAS = np.array([3.0] * 3 + [1.0] * 3)
 """Standard deviations of position and velocity when they are taken from the GPS afresh."""
+LONGEST_BRIDGE_S = 30.0
+"""A longer gap in the IMU may be another flight."""
+BRIDGE_SIGMAS = np.array([1000.0] * 3 + [20.0] * 3)
+"""The same after a gap: anything."""
+BRIDGE_TILT = 0.2
+"""rad: a vehicle in flight is within this of level (one standard deviation), whatever it did."""
+BRIDGE_TURN = 0.5
+"""rad/s: how fast it may have turned meanwhile (one standard deviation)."""
+LOST_HEADING = math.radians(40.0)
+"""Beyond this the heading is looked for in all directions again, unless a compass says it."""
 
 
 class AttitudeFilter:
@@ -67,6 +77,7 @@ class AttitudeFilter:
         inputs: Its inputs, and how long each is waited for, s.
         buffer: IMU samples that the filter has not used yet, and the one before.
         first_heading: Heading with which it began to use the GPS in full, rad; None before.
+        bridged: Gaps in the IMU over which attitude and biases were kept.
     """
 
     def __init__(self, parameters: AttitudeParameters, make_filter: MakeFilter = Ekf) -> None:
@@ -83,6 +94,7 @@ class AttitudeFilter:
         self._make_filter = make_filter
         self._noise = ProcessNoise(p.accel_noise, p.gyro_noise, p.accel_bias_walk, p.gyro_bias_walk)
         self._lag_ns = round(p.gps_lag_s * NANOSECONDS)
+        self.bridged = 0
         self._restart()
 
     def _restart(self) -> None:
@@ -134,6 +146,9 @@ class AttitudeFilter:
     def _imu(self, sample: ImuSample) -> bool:
         gap_s = (sample.stamp_ns - self.buffer.newest_ns) / NANOSECONDS if self.buffer else 0.0
         if gap_s > self._parameters.max_imu_gap_s:
+            if self.decided and gap_s <= LONGEST_BRIDGE_S:
+                self._bridge(sample, gap_s)
+                return True
             self._restart()
         self.buffer.append(sample)
         if self._bank is None:
@@ -142,6 +157,25 @@ class AttitudeFilter:
             return False
         self._advance(self._bank, sample.stamp_ns - self._lag_ns)
         return True
+
+    def _bridge(self, sample: ImuSample, gap_s: float) -> None:
+        """Go on after a gap: biases and heading are kept, the rest may be anything in flight."""
+        assert self._bank is not None
+        ekf = self._bank.best
+        turned = math.sqrt(ekf.heading_variance + (BRIDGE_TURN * gap_s) ** 2)
+        by_compass = self._mag_used_ns is not None
+        ekf.attitude = from_roll_pitch_yaw(0.0, 0.0, heading(ekf.attitude))
+        ekf.set_block(POSITION, BRIDGE_SIGMAS[POSITION])
+        ekf.set_block(VELOCITY, BRIDGE_SIGMAS[VELOCITY])
+        ekf.set_block(ATTITUDE, np.array([BRIDGE_TILT, BRIDGE_TILT, min(turned, math.pi)]))
+        if turned > LOST_HEADING and not by_compass:
+            ekf.turn(0.0, math.radians(self._parameters.align_sigma_deg))
+            self._bank.split(math.radians(self._parameters.align_sigma_deg))
+        self.buffer = ImuBuffer()
+        self.buffer.append(sample)
+        self._filter_ns = sample.stamp_ns
+        self._magnetic.clear()
+        self.bridged += 1
 
     def _level(self, sample: ImuSample) -> bool:
         if sample.stamp_ns - self.buffer.oldest_ns < self._parameters.level_s * NANOSECONDS:

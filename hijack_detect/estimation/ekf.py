@@ -36,6 +36,10 @@ ACCEL_BIAS, GYRO_BIAS = slice(9, 12), slice(12, 15)
 BOTH_WAYS = np.arange(6), (np.arange(6) + 3) % 6
 """Entries of a covariance that tie each component of the position to its velocity."""
 UP = np.array([0.0, 0.0, 1.0])
+UNSEEN_S = 0.1
+"""s: an interval between two IMU samples beyond this is time in which nobody saw the vehicle."""
+UNSEEN_RATE, UNSEEN_ACCELERATION = 0.5, 3.0
+"""rad/s and m/s²: what it may have done then, standard deviations of a vehicle that manoeuvres."""
 
 
 Observation: TypeAlias = tuple[Array, Array, Array]
@@ -161,7 +165,15 @@ class Ekf:
         noise[ATTITUDE] = self._noise.gyro**2 * seconds
         noise[ACCEL_BIAS] = self._noise.accel_bias**2 * seconds
         noise[GYRO_BIAS] = self._noise.gyro_bias**2 * seconds
+        self.add_unseen(noise, float(np.maximum(block.dt - UNSEEN_S, 0.0).sum()))
         return noise
+
+    @staticmethod
+    def add_unseen(noise: Array, seconds: float) -> None:
+        """Add to the diagonal of Q what the vehicle may have done while nobody saw it."""
+        if seconds:
+            noise[VELOCITY] += (UNSEEN_ACCELERATION * seconds) ** 2
+            noise[ATTITUDE] += (UNSEEN_RATE * seconds) ** 2
 
     def gps(self, block: slice, measured: Array, variances: Array) -> Observation:
         """What a GPS position (block POSITION) or velocity (VELOCITY) observes.

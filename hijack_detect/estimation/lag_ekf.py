@@ -44,6 +44,8 @@ class ModelErrors:
         force_scale: Accelerometer noise density grows with acceleration times this, 1/√Hz.
         rate_scale: Gyroscope noise density grows with angular velocity times this, 1/√Hz.
         max_lag_s: Bound of either lag about the nominal one, s.
+        max_force: Specific force beyond which the IMU is not believed, m/s².
+        max_rate: The same for the angular velocity, rad/s.
     """
 
     lag_sigma_s: float = 0.07
@@ -53,6 +55,8 @@ class ModelErrors:
     force_scale: float = 0.03
     rate_scale: float = 0.02
     max_lag_s: float = 0.2
+    max_force: float = math.inf
+    max_rate: float = math.inf
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,6 +133,11 @@ class LagEkf(Ekf):
         noise[VELOCITY] += (e.force_scale * accel) ** 2 * seconds
         noise[ATTITUDE] += (e.rate_scale * rate) ** 2 * seconds
         noise[LAGS] = e.lag_walk**2 * seconds
+        wild = (np.linalg.norm(block.specific_force, axis=1) > e.max_force) | (
+            np.linalg.norm(block.angular_velocity, axis=1) > e.max_rate
+        )
+        if wild.any():
+            self.add_unseen(noise, float(block.dt[wild].sum()))
         return noise
 
     def gps(self, block: slice, measured: Array, variances: Array) -> Observation:
