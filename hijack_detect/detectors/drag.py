@@ -78,6 +78,8 @@ class DragDetector:
         self._filter = DragFilter(p.noise)
         self._checkpoints: deque[_Checkpoint] = deque()
         self._recent: deque[AirBlock] = deque()
+        self._errors: deque[tuple[int, float]] = deque()
+        """Stamps, and how far the velocity in the body's axes may be off for the heading, m/s."""
         self._kept: _Checkpoint | None = None
         self._last_ns: int | None = None
         self._persistence = Persistence(p.persist_s)
@@ -146,6 +148,7 @@ class DragDetector:
         """Another flight begins, or a part of this one was missed."""
         self._checkpoints.clear()
         self._recent.clear()
+        self._errors.clear()
         self._kept = None
         self._filter.forget_wind()
 
@@ -164,6 +167,9 @@ class DragDetector:
         if unusable is not None:
             return self._no_score(stamp, State.NOT_OBSERVABLE, unusable)
         self._learn(block.air)
+        self._errors.append((stamp, math.sqrt(block.heading_variance) * block.speed))
+        while self._errors[0][0] < stamp - round(p.recent_s * NANOSECONDS):
+            self._errors.popleft()
         reference = self._reference(stamp)
         if reference is None:
             reason = f"less than {p.ready_s:g} s of flight to compare with"
@@ -229,7 +235,8 @@ class DragDetector:
 
     def _judge(self, stamp_ns: int, reference: _Checkpoint, change: WindChange) -> Verdict:
         p, before = self._parameters, reference.filter
-        limit = p.limit(before.wind_speed)
+        turned = max(error for _, error in self._errors)
+        limit = p.limit(before.wind_speed) + p.heading_gain * turned
         over = change.size > limit
         verdict = Verdict(
             self.NAME,

@@ -178,6 +178,14 @@ class DragParameters(Parameters):
         low=1.0,
         high=180.0,
     )
+    heading_gain: float = param(
+        3.0,
+        "The limit grows by this times speed times standard deviation of the heading (rad), "
+        "the largest of recent_s: a wrong heading turns the velocity into a wind, three standard "
+        "deviations of it.",
+        low=0.0,
+        high=10.0,
+    )
     moving_speed: float = param(
         2.0,
         "A vehicle that is faster for 2 s, or climbs at half of this, is in the air.",
