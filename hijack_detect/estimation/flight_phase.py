@@ -85,15 +85,16 @@ class FlightPhaseParameters(Parameters):
     )
     moving_speed: float = param(
         2.0,
-        "A vehicle that is disturbed and faster than this over ground for 2 s flies; one in a hand "
-        "has to be twice as fast.",
+        "A vehicle that is disturbed and faster than this over ground flies, once it went as far "
+        "as that is in 2 s; one in a hand has to be twice as fast.",
         unit="m/s",
         low=0.5,
         high=50.0,
     )
     climb_rate: float = param(
         0.6,
-        "Without a barometer a vehicle that climbs faster than this by GPS for 2 s flies.",
+        "Without a barometer a vehicle that climbs faster than this by GPS flies, once it climbed "
+        "as far as that is in 2 s.",
         unit="m/s",
         low=0.1,
         high=10.0,
@@ -365,9 +366,9 @@ class FlightPhaseEstimator:
         )
         if up >= times * NANOSECONDS:
             return f"{m.height:.1f} m over the ground by barometer"
-        if fast >= CONFIRM_NS:
+        if fast * m.speed >= CONFIRM_NS * times * p.moving_speed:
             return f"{m.speed:.1f} m/s over ground"
-        if rising >= CONFIRM_NS:
+        if rising * m.rise >= CONFIRM_NS * times * p.climb_rate:
             return f"climbs at {m.rise:.1f} m/s"
         if shaking >= ASSUME_NS:
             return f"shakes upright ({m.gyro:.2f} rad/s) for {ASSUME_NS / NANOSECONDS:.0f} s"
