@@ -26,7 +26,6 @@ from hijack_detect.streams.samples import (
 from hijack_detect.streams.writing import (
     APPROXIMATED,
     UNKNOWN,
-    VERTICAL_RATIO,
     position_covariance,
 )
 
@@ -134,7 +133,7 @@ def _fix(sample: FixSample) -> tuple[str, bytes]:
     latitude, longitude, altitude = sample.latitude_deg, sample.longitude_deg, sample.altitude_m
     if not sample.has_fix:
         latitude = longitude = altitude = math.nan
-    accuracy_m = sample.accuracy_m or 0.0
+    claims = (sample.accuracy_m, sample.vertical_accuracy_m)
     return _encode(
         "sensor_msgs/msg/NavSatFix",
         header=_header(sample.stamp_ns, GPS_FRAME),
@@ -142,8 +141,8 @@ def _fix(sample: FixSample) -> tuple[str, bytes]:
         latitude=latitude,
         longitude=longitude,
         altitude=altitude,
-        position_covariance=position_covariance(accuracy_m, VERTICAL_RATIO * accuracy_m),
-        position_covariance_type=UNKNOWN if sample.accuracy_m is None else APPROXIMATED,
+        position_covariance=position_covariance(sample.accuracy_m, sample.vertical_accuracy_m),
+        position_covariance_type=UNKNOWN if claims == (None, None) else APPROXIMATED,
     )
 
 

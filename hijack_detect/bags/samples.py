@@ -13,6 +13,7 @@ from typing import Any
 from hijack_detect.bags.errors import BagError
 from hijack_detect.bags.reader import BagReader, RawMessage
 from hijack_detect.bags.topics import TYPES, TopicMap
+from hijack_detect.streams.absence import Absence
 from hijack_detect.streams.headerless import SATELLITES, SatelliteStamps
 from hijack_detect.streams.imu_bytes import FROM_BYTES
 from hijack_detect.streams.messages import (
@@ -85,24 +86,27 @@ def read_samples(
     topic_map: TopicMap,
     *,
     on_rejected: Callable[[Rejection], None] | None = None,
+    absence: Absence | None = None,
 ) -> Iterator[tuple[str, Sample]]:
     """Yield input name and sample of every valid message, in order of log time.
 
     A message with a value that no sensor can mean is refused and the next one is read. A number
     of satellites gets the stamp of its fix from `SatelliteStamps`, so it follows after the next
-    fix.
+    fix. What was not measured is marked, see `Absence`.
 
     Args:
         reader: The bag.
         topic_map: Which topic is which input.
         on_rejected: Called for every refused message. None logs a summary as a warning when
             the bag has been read.
+        absence: What marks the components that were not measured, to ask it afterwards; None
+            takes one of its own.
 
     Raises:
         BagError: The bag is damaged, or a topic does not have the type of its input.
     """
     names = {topic: name for name, topic in topic_map.items() if name in CONVERT}
-    stamps = SatelliteStamps()
+    stamps, absence = SatelliteStamps(), absence or Absence()
     summary = Rejected()
     reject = on_rejected or summary.add
     for place, raw in enumerate(reader.messages(names.keys())):
@@ -120,7 +124,8 @@ def read_samples(
                 stamp_ns = header_stamp_ns(reader.deserialize(raw))
             reject(Rejection(reader.path, raw.topic, raw.log_ns, stamp_ns, str(error)))
             continue
-        yield from stamps.samples(name, place, converted)
+        if (marked := absence(converted)) is not None:
+            yield from stamps.samples(name, place, marked)
     for line in summary.lines():
         _log.warning("%s", line)
 

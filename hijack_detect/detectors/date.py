@@ -33,7 +33,10 @@ USUAL_NOISE = 0.35
 
 @dataclass(frozen=True)
 class _Motion:
-    """A GPS velocity (ENU, m/s): stamp of the message it came with, and when it was true."""
+    """A GPS velocity (ENU, m/s): stamp of the message it came with, and when it was true.
+
+    Its vertical component is NaN where it was not measured.
+    """
 
     stamp_ns: int
     valid_ns: int
@@ -139,6 +142,8 @@ class DateDetector:
         force = np.mean([s.specific_force for s in samples], axis=0)
         rotation = matrices(np.array(orientations)).mean(axis=0)
         acceleration = (after.velocity - before.velocity) / dt
+        if math.isnan(acceleration[2]):  # not measured: only the horizontal part is compared
+            acceleration[2] = (rotation @ force)[2] - GRAVITY
         difference: Array = rotation.T @ (acceleration + np.array([0.0, 0.0, GRAVITY])) - force
         return difference
 

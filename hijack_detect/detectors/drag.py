@@ -30,6 +30,7 @@ from hijack_detect.streams.samples import (
     AttitudeSample,
     FixSample,
     PhaseSample,
+    Vector3,
     VelocitySample,
 )
 
@@ -86,6 +87,7 @@ class DragDetector:
         self._gate = FlightGate()
         self._watch = InputWatch(("attitude", "GPS velocity"))
         self._fix: FixSample | None = None
+        self._climb = 0.0
         self._velocity_ns: int | None = None
         self._told_ns: int | None = None
         """Stamp of the last verdict."""
@@ -105,19 +107,36 @@ class DragDetector:
         stamp = sample.stamp_ns
         if isinstance(sample, VelocitySample):
             self._velocity_ns = stamp
-            return self._moved(stamp, stamp - self._lag_ns, sample.velocity)
+            return self._moved(stamp, stamp - self._lag_ns, self._with_climb(sample))
         previous, self._fix = self._fix, sample if sample.has_fix else None
+        self._climb = self._climb_between(previous, sample)
         if self._velocity_ns is not None and stamp - self._velocity_ns <= self._gap_ns:
             return None
         if previous is None or not sample.has_fix:
             return None
         dt_ns = stamp - previous.stamp_ns
         east, north, up = (along * NANOSECONDS / dt_ns for along in displacement(previous, sample))
-        return self._moved(stamp, stamp - self._lag_ns - dt_ns // 2, (east, north, up))
+        climb = 0.0 if math.isnan(up) else up
+        return self._moved(stamp, stamp - self._lag_ns - dt_ns // 2, (east, north, climb))
 
-    def _moved(
-        self, stamp_ns: int, valid_ns: int, velocity: tuple[float, float, float]
-    ) -> Verdict | None:
+    def _with_climb(self, sample: VelocitySample) -> Vector3:
+        """A GPS velocity; the climb is that of the fixes, or 0, where it was not measured.
+
+        It enters with the sine of the tilt only.
+        """
+        if sample.has_vertical:
+            return sample.velocity
+        east, north, _ = sample.velocity
+        return (east, north, self._climb)
+
+    def _climb_between(self, previous: FixSample | None, fix: FixSample) -> float:
+        """Climb from one fix to the next, m/s; 0 where it is not known."""
+        if previous is None or not (fix.has_fix and fix.has_altitude and previous.has_altitude):
+            return 0.0
+        dt_ns = fix.stamp_ns - previous.stamp_ns
+        return (fix.altitude_m - previous.altitude_m) * NANOSECONDS / dt_ns if dt_ns else 0.0
+
+    def _moved(self, stamp_ns: int, valid_ns: int, velocity: Vector3) -> Verdict | None:
         """A GPS velocity, and when it was true."""
         self._watch.see("GPS velocity", stamp_ns)
         block = self._blocks.velocity(stamp_ns, valid_ns, np.array(velocity))

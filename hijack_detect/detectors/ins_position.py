@@ -126,7 +126,8 @@ class InsPosition:
         longest_ns = self._parameters.max_velocity_age_s * NANOSECONDS
         reported, before = self._gps_velocity, self._fix
         if reported is not None and fix.stamp_ns - reported.stamp_ns <= longest_ns:
-            return np.array(reported.velocity)
+            east, north, up = reported.velocity
+            return np.array([east, north, up if reported.has_vertical else 0.0])
         if before is None or not 0 < fix.stamp_ns - before.stamp_ns <= longest_ns:
             return None
         return np.array(displacement(before, fix)) * (

@@ -64,10 +64,15 @@ class Table2Values:
         self._first = first = self._first or sample
         longitude = math.remainder(sample.longitude_deg - first.longitude_deg, 360.0)
         return {
-            "altitude": float(round(self._cut(sample.altitude_m, ALTITUDES_M) / ALTITUDE_M)),
+            "altitude": self._altitude(sample),
             "latitude": _shifted(sample.latitude_deg - first.latitude_deg, 90.0),
             "longitude": _shifted(longitude, 180.0),
         }
+
+    def _altitude(self, fix: FixSample) -> float | None:
+        if not fix.has_altitude:
+            return None
+        return float(round(self._cut(fix.altitude_m, ALTITUDES_M) / ALTITUDE_M))
 
     def _cut(self, value: float, limits: tuple[float, float]) -> float:
         return _within(value, limits) if self._within_ranges else value
@@ -116,7 +121,7 @@ class Changes:
         noise_m = p.scale_m * math.sqrt((1.0 + (1.0 + ratio) ** 2 + ratio**2) / 6.0)
         step_m = noise_m + p.acceleration * now_s * 0.5 * (before_s + now_s)
         return {
-            name: float(round(abs(c - b - ratio * (b - a)) / step_m))
+            name: _steps(abs(c - b - ratio * (b - a)) / step_m)
             for name, a, b, c in zip(names, first, second, place, strict=True)
         }
 
@@ -136,6 +141,11 @@ class Changes:
             turned = math.degrees(math.atan2(e0 * north - n0 * east, e0 * east + n0 * north))
             counts["track"] = float(round(abs(turned) / (p.turn_rate_deg_s * seconds)))
         return counts
+
+
+def _steps(value: float) -> float | None:
+    """A number in whole steps; None where it was not measured."""
+    return None if math.isnan(value) else float(round(value))
 
 
 def _within(value: float, limits: tuple[float, float]) -> float:

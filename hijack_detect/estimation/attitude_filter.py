@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import TypeAlias
 
 import numpy as np
@@ -50,6 +51,10 @@ INITIAL_SIGMAS = np.array([10.0] * 3 + [1.0] * 3 + [0.1, 0.1, math.pi] + [0.15] 
 """Standard deviations of the first error state: m, m/s, rad, m/s² and rad/s."""
 MAG_REFUSED_NS = 30 * NANOSECONDS
 """Longest time without the magnetometer: then the filter may be the one that is wrong."""
+VERTICAL_LOST_NS = 5 * NANOSECONDS
+"""Longest time without height and vertical velocity before the climb is taken to be small."""
+USUAL_CLIMB = 3.0
+"""m/s: standard deviation of the climb of a drone of which nothing is known."""
 RESTART_SIGMAS = np.array([3.0] * 3 + [1.0] * 3)
 """Standard deviations of position and velocity when they are taken from the GPS afresh."""
 LONGEST_BRIDGE_S = 30.0
@@ -108,6 +113,8 @@ class AttitudeFilter:
         self._frame: LocalFrame | None = None
         self._declination: float | None = None
         self._last_position: Array | None = None
+        self._vertical_ns: int | None = None
+        """Stamp of the last measurement with a vertical part."""
         self._course = CourseEstimator(CourseParameters(min_speed=self._parameters.align_speed))
 
     @property
@@ -209,6 +216,10 @@ class AttitudeFilter:
         if self._frame is None:
             self._frame = LocalFrame(fix)
             self._declination = declination(fix.latitude_deg, fix.longitude_deg, fix.altitude_m)
+        if fix.has_altitude and not self._frame.has_height:
+            # The origin gets the height at which the filter believes to be where it is now.
+            height = fix.altitude_m - float(bank.best.position[2])
+            self._frame = LocalFrame(replace(self._frame.origin, altitude_m=height))
         self._last_position = position = np.array(self._frame.enu(fix))
         if not self._aligned and course.observable:
             east, north = math.cos(course.angle), math.sin(course.angle)
@@ -217,23 +228,41 @@ class AttitudeFilter:
             bank.split(math.radians(self._parameters.align_sigma_deg))
         p = self._parameters
         variances = np.square([p.position_sigma, p.position_sigma, p.height_sigma])
-        self._measure(bank, POSITION, position, variances)
+        self._measure(bank, POSITION, position, variances, sample_ns=fix.stamp_ns)
         return True
 
     def _velocity(self, bank: FilterBank, sample: VelocitySample) -> bool:
         self._advance(bank, sample.stamp_ns - self._lag_ns)
         variances = np.full(3, self._parameters.velocity_sigma**2)
-        self._measure(bank, VELOCITY, np.array(sample.velocity), variances)
+        self._measure(
+            bank, VELOCITY, np.array(sample.velocity), variances, sample_ns=sample.stamp_ns
+        )
         return True
 
-    def _measure(self, bank: FilterBank, block: slice, measured: Array, variances: Array) -> None:
+    def _measure(
+        self, bank: FilterBank, block: slice, measured: Array, variances: Array, sample_ns: int
+    ) -> None:
         """Use a GPS measurement; before the heading is known only its vertical part.
 
-        Then a horizontal velocity of about zero keeps roll and pitch upright instead.
+        Then a horizontal velocity of about zero keeps roll and pitch upright instead. A vertical
+        part that was not measured (NaN) is left out; without any for long, a climb of about zero
+        keeps the vertical channel from drifting away.
         """
+        vertical = not math.isnan(measured[2])
+        if vertical:
+            self._vertical_ns = sample_ns
+        last_ns = self._vertical_ns
+        lost = last_ns is None or sample_ns - last_ns > VERTICAL_LOST_NS
 
         def observe(ekf: Ekf) -> Observation:
             rows, residual, noise = ekf.gps(block, measured, variances)
+            if not vertical:
+                rows, residual, noise = rows[:2], residual[:2], noise[:2]
+                if lost:
+                    level = np.eye(len(ekf.covariance))[5:6]
+                    rows = np.vstack([rows, level])
+                    residual = np.append(residual, -ekf.velocity[2])
+                    noise = np.append(noise, USUAL_CLIMB**2)
             if self._aligned:
                 return rows, residual, noise
             still = np.eye(len(ekf.covariance))[3:5]
@@ -249,7 +278,8 @@ class AttitudeFilter:
         """Turn the filter to a first heading and start position and velocity on the GPS."""
         assert self._last_position is not None
         ekf.turn(angle, math.radians(self._parameters.align_sigma_deg))
-        ekf.position = self._last_position
+        measured = self._last_position
+        ekf.position = np.where(np.isnan(measured), ekf.position, measured)
         ekf.velocity = velocity
         ekf.set_block(POSITION, RESTART_SIGMAS[POSITION])
         ekf.set_block(VELOCITY, RESTART_SIGMAS[VELOCITY])

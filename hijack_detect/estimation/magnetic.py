@@ -25,9 +25,9 @@ def _model() -> GeoMag:
 
 
 def _field(latitude_deg: float, longitude_deg: float, altitude_m: float) -> Any:
-    return _model().calculate(
-        glat=latitude_deg, glon=longitude_deg, alt=altitude_m / 1000.0, time=MODEL_YEAR
-    )
+    """The model's field; at sea level where the height is NaN (0.05 % weaker each km above)."""
+    height_km = 0.0 if math.isnan(altitude_m) else altitude_m / 1000.0
+    return _model().calculate(glat=latitude_deg, glon=longitude_deg, alt=height_km, time=MODEL_YEAR)
 
 
 def declination(latitude_deg: float, longitude_deg: float, altitude_m: float) -> float:

@@ -99,7 +99,7 @@ class Picture:
                 "north": round(north, 2),
                 "latitude": fix.latitude_deg,
                 "longitude": fix.longitude_deg,
-                "altitude": round(fix.altitude_m, 1),
+                "altitude": _finite(fix.altitude_m, 1),
             }
             if last is None or len(last) == 1 or time_s // PERIOD_S != last[0] // PERIOD_S:
                 self._track.append((time_s, round(east, 2), round(north, 2)))
@@ -251,5 +251,5 @@ class Picture:
         }
 
 
-def _finite(value: float) -> float | None:
-    return round(value, 3) if math.isfinite(value) else None
+def _finite(value: float, digits: int = 3) -> float | None:
+    return round(value, digits) if math.isfinite(value) else None

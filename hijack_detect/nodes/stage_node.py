@@ -80,6 +80,7 @@ class StageNode(Node, Generic[P]):
         self._newest_s: dict[str, float] = dict.fromkeys(inputs, time.monotonic())
         self._told: Counter[str] = Counter()
         self._restarts = 0
+        self._lacking: set[str] = set()
         self._logged_at: dict[str, float] = {}
         self.add_on_set_parameters_callback(self._check_change)
         self.add_post_set_parameters_callback(self._apply_change)
@@ -142,6 +143,12 @@ class StageNode(Node, Generic[P]):
         self._received[name] += 1
         self._reject(name, lambda: f"message{_stamped(given, heard)}", why)
         return None
+
+    def lacks(self, component: str) -> None:
+        """Say once that a component of an input is not measured, and from then on /diagnostics."""
+        if component not in self._lacking:
+            self._lacking.add(component)
+            self.log.info(f"the {component} is not measured: it is not used")
 
     def take(self, name: str, converted: Any, published_ns: int) -> None:
         """Take what a message of an input was converted to."""
@@ -220,6 +227,7 @@ class StageNode(Node, Generic[P]):
         text = "; ".join(f"{reason} ({count})" for reason, count in new.items())
         values = {f"received {name}": str(count) for name, count in self._received.items()}
         values |= {f"left out, {reason}": str(count) for reason, count in refused.items()}
+        values |= {f"{component}": "not measured" for component in sorted(self._lacking)}
         values["restarts"] = str(self.stage.restarts)
         level = DiagnosticStatus.WARN if new else DiagnosticStatus.OK
         self.diagnostics.tell("inputs", level, text or "all messages used", values)

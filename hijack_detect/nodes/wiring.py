@@ -12,6 +12,7 @@ from rclpy.qos import QoSProfile
 from rclpy.serialization import deserialize_message
 
 from hijack_detect.nodes.qos import OVERRIDES
+from hijack_detect.streams.absence import Absence
 from hijack_detect.streams.imu_bytes import FROM_BYTES
 from hijack_detect.streams.messages import CONVERTERS
 
@@ -63,14 +64,21 @@ class Hearer(Protocol):
     def read(self, name: str, given: Input, heard: Any) -> Any:
         """What a message was converted to; None if it cannot be used, which has been told then."""
 
+    def lacks(self, component: str) -> None:
+        """Report that a component of an input is not measured. Called again while that is so."""
+
 
 class Source:
-    """A topic outside of the process: one subscription for all nodes in it that hear it."""
+    """A topic outside of the process: one subscription for all nodes in it that hear it.
+
+    What the sender does not measure is marked here, as `read_samples` does for a bag.
+    """
 
     def __init__(self, hearer: Hearer, name: str, given: Input) -> None:
         """Begin with one node and the name of its input."""
         self.given = given
         self.hearers = [(hearer, name)]
+        self._absence = Absence()
 
     @property
     def timed(self) -> bool:
@@ -81,9 +89,12 @@ class Source:
         """Convert a message once, and give it to all; the first of them tells of a bad one."""
         first, own_name = self.hearers[0]
         sample = first.read(own_name, self.given, heard)
-        if sample is not None:
+        marked = None if sample is None else self._absence(sample)
+        for component in self._absence.names:
+            first.lacks(component)
+        if marked is not None:
             for hearer, name in self.hearers:
-                hearer.take(name, sample, published_ns)
+                hearer.take(name, marked, published_ns)
 
 
 class Wiring(Protocol):

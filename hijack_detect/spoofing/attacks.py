@@ -15,7 +15,7 @@ from hijack_detect.spoofing import schema
 from hijack_detect.spoofing.history import History, fix_between, velocity_between
 from hijack_detect.spoofing.offsets import Offset
 from hijack_detect.spoofing.onset import Onset
-from hijack_detect.spoofing.plane import TangentPlane, moved, turned
+from hijack_detect.spoofing.plane import TangentPlane, moved, turned, with_velocity
 from hijack_detect.spoofing.tracks import Track
 from hijack_detect.streams.samples import FixSample, SatelliteSample, VelocitySample
 
@@ -81,9 +81,7 @@ class OffsetAttack(Attack):
             place = plane.geodetic((x + east, y + north, z))
             own = turned(own, (before.latitude_deg, before.longitude_deg), place)
             rate = plane.velocity_at(rate, place)
-        return dataclasses.replace(
-            true, velocity=(own[0] + rate[0], own[1] + rate[1], own[2] + rate[2])
-        )
+        return with_velocity(true, (own[0] + rate[0], own[1] + rate[1], own[2] + rate[2]))
 
 
 class TrackAttack(Attack):
@@ -117,7 +115,7 @@ class TrackAttack(Attack):
             place = plane.geodetic((self._carry[0] + east, self._carry[1] + north, 0.0))
             velocity = plane.velocity_at(velocity, place)
         up = true.velocity[2] if self._track.keeps_altitude else velocity[2]
-        return dataclasses.replace(true, velocity=(velocity[0], velocity[1], up))
+        return with_velocity(true, (velocity[0], velocity[1], up))
 
 
 class FreezeAttack(Attack):
@@ -142,10 +140,10 @@ class FreezeAttack(Attack):
         if self._velocity_mode == "true":
             return true
         if self._velocity_mode == "zero":
-            return dataclasses.replace(true, velocity=(0.0, 0.0, 0.0))
+            return with_velocity(true, (0.0, 0.0, 0.0))
         if self._velocity is None:
             self._velocity = true
-        return dataclasses.replace(true, velocity=self._velocity.velocity)
+        return with_velocity(true, self._velocity.velocity)
 
 
 class ReplayAttack(Attack):
@@ -172,7 +170,7 @@ class ReplayAttack(Attack):
         found = self._recording.velocities.around(true.stamp_ns - self._recording.lag_ns)
         if found is None:
             return true
-        return dataclasses.replace(true, velocity=velocity_between(*found))
+        return with_velocity(true, velocity_between(*found))
 
 
 def _at(place: FixSample, true: FixSample) -> FixSample:

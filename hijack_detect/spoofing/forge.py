@@ -13,6 +13,9 @@ from hijack_detect.spoofing.offsets import DriftOffset
 from hijack_detect.spoofing.onset import Onset
 from hijack_detect.streams.samples import FixSample, SatelliteSample, Vector3
 
+VERTICAL_RATIO = 1.5
+"""Claimed vertical over horizontal deviation, where the receiver does not say: satellites are
+never below the horizon."""
 _POSITION, _VELOCITY, _SATELLITES, _ACCURACY = 2, 3, 4, 5
 """Streams of draws; 0 and 1 are those of jitter, so that equal seeds do not mean equal noise."""
 
@@ -89,7 +92,12 @@ class ForgeAttack(OffsetAttack):
         if self._accuracy is None:
             return reported
         (accuracy,) = self._accuracy.at(t_s, true.stamp_ns)
-        return dataclasses.replace(reported, accuracy_m=accuracy)
+        ratio = VERTICAL_RATIO
+        if true.accuracy_m is not None and true.vertical_accuracy_m is not None:
+            ratio = true.vertical_accuracy_m / true.accuracy_m
+        return dataclasses.replace(
+            reported, accuracy_m=accuracy, vertical_accuracy_m=ratio * accuracy
+        )
 
     def satellites(self, true: SatelliteSample, t_s: float) -> SatelliteSample:
         """See Attack."""

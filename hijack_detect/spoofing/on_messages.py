@@ -7,6 +7,7 @@ from typing import Any
 
 from hijack_detect.spoofing.live import LiveSpoofer
 from hijack_detect.spoofing.spoofer import Spoofer
+from hijack_detect.streams.absence import Absence
 from hijack_detect.streams.messages import (
     fix_sample,
     header_stamp_ns,
@@ -24,12 +25,13 @@ class SpoofedMessages:
     """Writes what a spoofer reports into messages.
 
     A `std_msgs/UInt32` with a number of satellites has no stamp: it belongs to the last usable
-    fix before it. Before the first fix it stays as it is.
+    fix before it. Before the first fix it stays as it is. What the receiver does not measure, an
+    attack does not report either.
     """
 
     def __init__(self, spoofer: Spoofer | LiveSpoofer) -> None:
         """Apply a spoofer, which has to see the messages from the first on."""
-        self._spoofer = spoofer
+        self._spoofer, self._absence = spoofer, Absence()
         self._fix_ns: int | None = None
 
     def stamp_ns(self, input_name: str, message: Any) -> int | None:
@@ -47,14 +49,16 @@ class SpoofedMessages:
             BadMessage: It holds a value that no receiver can mean; it is left as it is.
         """
         if input_name == "fix":
-            fix = fix_sample(message)
+            fix = self._absence(fix_sample(message))
+            assert fix is not None
             self._fix_ns = fix.stamp_ns
             return write_change(message, fix, self._spoofer.fix(fix))
         if input_name == "velocity":
-            velocity = velocity_sample(message)
+            velocity = self._absence(velocity_sample(message))
+            assert velocity is not None
             return write_change(message, velocity, self._spoofer.velocity(velocity))
-        count = satellite_count(message)
-        if self._fix_ns is None:
+        count = self._absence(satellite_count(message))
+        if self._fix_ns is None or count is None:
             return False
         number = SatelliteSample(self._fix_ns, count)
         return write_change(message, number, self._spoofer.satellites(number))

@@ -63,11 +63,11 @@ def onset_at(
     earlier = [fix for fix in fixes if fix.stamp_ns < start_ns]
     reported = last_before(start_ns, velocities)
     if not earlier:
-        return Onset(None, reported, reported.velocity if reported else _STILL, _STILL)
+        return Onset(None, reported, _known(reported.velocity) if reported else _STILL, _STILL)
     last = earlier[-1]
     base = last_before(last.stamp_ns - _MIN_BASELINE_NS + 1, earlier)
     if reported is not None and (base is None or reported.stamp_ns >= base.stamp_ns):
-        velocity = reported.velocity
+        velocity = _known(reported.velocity)
     else:
         velocity = _between(base, last) if base else _STILL
     delay = min((start_ns - last.stamp_ns) / NANOSECONDS, MAX_CARRY_S)
@@ -87,4 +87,10 @@ def _between(first: FixSample, last: FixSample) -> Vector3:
     """Mean velocity (m/s, ENU) between two fixes."""
     seconds = (last.stamp_ns - first.stamp_ns) / NANOSECONDS
     east, north, up = TangentPlane(first).enu(last)
-    return (east / seconds, north / seconds, up / seconds)
+    return _known((east / seconds, north / seconds, up / seconds))
+
+
+def _known(velocity: Vector3) -> Vector3:
+    """A velocity that is level where the vertical component was not measured."""
+    east, north, up = velocity
+    return (east, north, 0.0 if math.isnan(up) else up)

@@ -7,13 +7,14 @@ WGS-84 through pymap3d, so neither the antimeridian nor the neighbourhood of a p
 from __future__ import annotations
 
 import dataclasses
+import math
 from typing import TypeAlias
 
 import pymap3d
 from pymap3d.ecef import enu2uvw, uvw2enu
 
 from hijack_detect.estimation.geodesy import LocalFrame
-from hijack_detect.streams.samples import FixSample, Vector3
+from hijack_detect.streams.samples import FixSample, Vector3, VelocitySample
 
 Geodetic: TypeAlias = tuple[float, float]
 """Latitude and longitude in degrees, longitude within [-180, 180]."""
@@ -27,7 +28,10 @@ class TangentPlane(LocalFrame):
 
         The height is left to the caller: over kilometres a flat plane rises above the ground.
         """
-        latitude, longitude, _ = pymap3d.enu2geodetic(*position, *self._origin)
+        east, north, up = position
+        latitude, longitude, _ = pymap3d.enu2geodetic(
+            east, north, 0.0 if math.isnan(up) else up, *self._origin
+        )
         return (float(latitude), float(longitude))
 
     def velocity_at(self, velocity: Vector3, place: Geodetic) -> Vector3:
@@ -49,13 +53,24 @@ def turned(velocity: Vector3, origin: Geodetic, place: Geodetic) -> Vector3:
 
 
 def moved(fix: FixSample, place: Geodetic, altitude_m: float) -> FixSample:
-    """Return the fix with another position and its own stamp."""
+    """Return the fix with another position and its own stamp.
+
+    A receiver that does not measure the height (NaN) reports none elsewhere either.
+    """
+    height = altitude_m if fix.has_altitude else math.nan
     return dataclasses.replace(
-        fix, latitude_deg=place[0], longitude_deg=place[1], altitude_m=altitude_m
+        fix, latitude_deg=place[0], longitude_deg=place[1], altitude_m=height
     )
 
 
+def with_velocity(true: VelocitySample, velocity: Vector3) -> VelocitySample:
+    """Return the sample with another velocity, vertically only where the receiver measures it."""
+    east, north, up = velocity
+    return dataclasses.replace(true, velocity=(east, north, up if true.has_vertical else math.nan))
+
+
 def separation_m(one: FixSample, other: FixSample) -> float:
-    """Straight distance between two fixes in three dimensions, metres."""
+    """Straight distance between two fixes in three dimensions, metres; in two without heights."""
     east, north, up = TangentPlane(one).enu(other)
+    up = 0.0 if math.isnan(up) else up
     return float((east * east + north * north + up * up) ** 0.5)

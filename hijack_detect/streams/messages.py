@@ -11,6 +11,7 @@ import math
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
+from hijack_detect.streams.absence import UNKNOWN_COUNT
 from hijack_detect.streams.samples import (
     NANOSECONDS,
     AttitudeSample,
@@ -35,7 +36,9 @@ ALTITUDE_RANGE_M = (-1000.0, 50_000.0)
 PRESSURE_RANGE_PA = (1_000.0, 120_000.0)
 """From 31 km to 1.4 km below the sea: no barometer of a drone reads outside."""
 MAX_SATELLITES = 200
-"""No sky has more; autopilots send 255 for unknown."""
+"""No sky has more."""
+WORST_ACCURACY_M = 10_000.0
+"""A claim above it is a filler (u-blox: 2^32 mm): no fix is so poor. Nothing is claimed then."""
 
 
 class BadMessage(ValueError):
@@ -97,7 +100,8 @@ def checked_attitude(
 def fix_sample(message: Any) -> FixSample:
     """Convert `sensor_msgs/NavSatFix`. Raises BadMessage.
 
-    A message whose status says that there is no fix keeps its stamp and loses its position.
+    A message whose status says that there is no fix keeps its stamp and loses its position. An
+    altitude of NaN was not measured.
     """
     if message.status.status < 0:
         return FixSample(header_stamp_ns(message), 0.0, 0.0, 0.0, has_fix=False)
@@ -105,16 +109,17 @@ def fix_sample(message: Any) -> FixSample:
         header_stamp_ns(message),
         _within(message.latitude, "latitude", -90.0, 90.0),
         _within(message.longitude, "longitude", -180.0, 180.0),
-        _within(message.altitude, "altitude", *ALTITUDE_RANGE_M),
-        accuracy_m=_accuracy(message),
+        _unless_absent(message.altitude, "altitude", *ALTITUDE_RANGE_M),
+        accuracy_m=_accuracy(message, 0, 4),
+        vertical_accuracy_m=_accuracy(message, 8, 8),
     )
 
 
 def velocity_sample(message: Any) -> VelocitySample:
-    """Convert `geometry_msgs/TwistStamped` in ENU. Raises BadMessage."""
-    return VelocitySample(
-        header_stamp_ns(message), _vector(_xyz(message.twist.linear), "velocity", MAX_SPEED)
-    )
+    """Convert `geometry_msgs/TwistStamped` in ENU; z is NaN if not measured. Raises BadMessage."""
+    east, north, up = velocity = _xyz(message.twist.linear)
+    _vector((east, north, 0.0 if math.isnan(up) else up), "velocity", MAX_SPEED)
+    return VelocitySample(header_stamp_ns(message), velocity)
 
 
 def magnetic_sample(message: Any) -> MagneticSample:
@@ -142,7 +147,12 @@ def course_sample(message: Any) -> CourseSample:
 
 
 def satellite_count(message: Any) -> int:
-    """The number in a `std_msgs/UInt32` of satellites in use. Raises BadMessage."""
+    """The number in a `std_msgs/UInt32` of satellites in use. Raises BadMessage.
+
+    It may be `absence.UNKNOWN_COUNT`.
+    """
+    if message.data == UNKNOWN_COUNT:
+        return UNKNOWN_COUNT
     return int(_within(message.data, "data", 0, MAX_SATELLITES))
 
 
@@ -169,16 +179,21 @@ class Limited(NamedTuple):
 
 
 def limited(sample: object) -> Iterator[Limited]:
-    """The numbers of a sample and their limits; nothing of a value of another kind."""
+    """The numbers of a sample that were measured, and their limits.
+
+    Nothing of a value of another kind.
+    """
     if isinstance(sample, ImuSample):
         yield from _axes("angular_velocity", sample.angular_velocity, "rad/s", MAX_ANGULAR_VELOCITY)
         yield from _axes("linear_acceleration", sample.specific_force, "m/s2", MAX_SPECIFIC_FORCE)
     elif isinstance(sample, FixSample):
         yield Limited("latitude", sample.latitude_deg, "deg", -90.0, 90.0)
         yield Limited("longitude", sample.longitude_deg, "deg", -180.0, 180.0)
-        yield Limited("altitude", sample.altitude_m, "m", *ALTITUDE_RANGE_M)
+        if sample.has_altitude:
+            yield Limited("altitude", sample.altitude_m, "m", *ALTITUDE_RANGE_M)
     elif isinstance(sample, VelocitySample):
-        yield from _axes("velocity", sample.velocity, "m/s", MAX_SPEED)
+        axes = list(_axes("velocity", sample.velocity, "m/s", MAX_SPEED))
+        yield from axes if sample.has_vertical else axes[:2]
     elif isinstance(sample, MagneticSample):
         yield from _axes("magnetic_field", sample.field, "T", 1.0)
     elif isinstance(sample, PressureSample):
@@ -209,12 +224,22 @@ def only_status(message: Any) -> Any:
     return message.status[0]
 
 
-def _accuracy(fix: Any) -> float | None:
-    """Standard deviation (m) claimed for East and North; None if the NavSatFix says nothing."""
+def claimed(accuracy_m: float) -> float | None:
+    """A standard deviation (m) that a receiver claims; None where it is a filler."""
+    return accuracy_m if 0.0 < accuracy_m <= WORST_ACCURACY_M else None
+
+
+def _accuracy(fix: Any, first: int, second: int) -> float | None:
+    """Standard deviation (m) from two diagonal entries of a NavSatFix; None if it claims none."""
     if fix.position_covariance_type == 0:
         return None
-    variance = 0.5 * (float(fix.position_covariance[0]) + float(fix.position_covariance[4]))
-    return math.sqrt(variance) if 0.0 < variance < math.inf else None
+    covariance = fix.position_covariance
+    variance = 0.5 * (float(covariance[first]) + float(covariance[second]))
+    return claimed(math.sqrt(variance)) if 0.0 < variance < math.inf else None
+
+
+def _unless_absent(value: float, name: str, low: float, high: float) -> float:
+    return math.nan if math.isnan(value) else _within(value, name, low, high)
 
 
 def _within(value: float, name: str, low: float, high: float) -> float:

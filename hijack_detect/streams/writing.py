@@ -14,9 +14,6 @@ import numpy.typing as npt
 
 from hijack_detect.streams.samples import FixSample, GpsSample, SatelliteSample, VelocitySample
 
-VERTICAL_RATIO = 1.5
-"""Claimed vertical over horizontal deviation, where the message did not tell: satellites are
-never below the horizon."""
 UNKNOWN, APPROXIMATED = 0, 1
 """Types of covariance of a NavSatFix."""
 
@@ -39,7 +36,10 @@ def write_change(message: Any, before: GpsSample, after: GpsSample) -> bool:
         message.latitude, message.longitude = after.latitude_deg, after.longitude_deg
         message.altitude = after.altitude_m
         if after.accuracy_m is not None and after.accuracy_m != before.accuracy_m:
-            _write_accuracy(message, before.accuracy_m, after.accuracy_m)
+            message.position_covariance = position_covariance(
+                after.accuracy_m, after.vertical_accuracy_m
+            )
+            message.position_covariance_type = APPROXIMATED
     elif isinstance(after, VelocitySample):
         linear = message.twist.linear
         linear.x, linear.y, linear.z = after.velocity
@@ -48,16 +48,12 @@ def write_change(message: Any, before: GpsSample, after: GpsSample) -> bool:
     return True
 
 
-def _write_accuracy(fix: Any, before_m: float | None, after_m: float) -> None:
-    """Write a claimed accuracy as a diagonal covariance; the vertical one changes in proportion."""
-    vertical_m = VERTICAL_RATIO * after_m
-    variance = float(fix.position_covariance[8])
-    if before_m is not None and 0.0 < variance < np.inf:
-        vertical_m = after_m / before_m * variance**0.5
-    fix.position_covariance = position_covariance(after_m, vertical_m)
-    fix.position_covariance_type = APPROXIMATED
+def position_covariance(
+    horizontal_m: float | None, vertical_m: float | None
+) -> npt.NDArray[np.float64]:
+    """Row-major diagonal covariance (9,) in m², ENU, of claimed standard deviations.
 
-
-def position_covariance(horizontal_m: float, vertical_m: float) -> npt.NDArray[np.float64]:
-    """Row-major diagonal covariance (9,) in m², ENU, of claimed standard deviations."""
-    return np.diag([horizontal_m**2, horizontal_m**2, vertical_m**2]).ravel()
+    It is 0, which `messages` reads as no claim, where there is none.
+    """
+    across, up = (0.0 if one is None else one**2 for one in (horizontal_m, vertical_m))
+    return np.diag([across, across, up]).ravel()

@@ -106,8 +106,8 @@ FIELDS = {
         *(f"angular_velocity.{axis}" for axis in "xyz"),
         *(f"linear_acceleration.{axis}" for axis in "xyz"),
     ],
-    "fix": ["latitude", "longitude", "altitude"],
-    "velocity": [f"twist.linear.{axis}" for axis in "xyz"],
+    "fix": ["latitude", "longitude"],
+    "velocity": [f"twist.linear.{axis}" for axis in "xy"],
     "mag": [f"magnetic_field.{axis}" for axis in "xyz"],
     "pressure": ["fluid_pressure"],
     "attitude": [
@@ -143,6 +143,41 @@ def test_non_finite_values_are_refused_by_name(name: str, path: str, value: floa
     with pytest.raises(BadMessage, match=path.rsplit(".", 1)[-1]) as refusal:
         CONVERTERS[name](message)
     assert str(value) in str(refusal.value)
+
+
+def test_nan_says_that_height_or_climb_was_not_measured() -> None:
+    position, speed = fix(), velocity()
+    position.altitude = speed.twist.linear.z = math.nan
+    assert not CONVERTERS["fix"](position).has_altitude
+    assert CONVERTERS["velocity"](speed).velocity[:2] == (3.0, -4.0)
+    assert not CONVERTERS["velocity"](speed).has_vertical
+    for message, path in ((position, "altitude"), (speed, "twist.linear.z")):
+        set_field(message, path, math.inf)
+    for name, message in (("fix", position), ("velocity", speed)):
+        with pytest.raises(BadMessage, match="inf"):
+            CONVERTERS[name](message)
+
+
+@pytest.mark.parametrize(
+    ("kind", "diagonal", "claims"),
+    [
+        (2, (4.0, 4.0, 9.0), (2.0, 3.0)),
+        (2, (4.0, 4.0, 0.0), (2.0, None)),
+        (3, (0.0, 0.0, 0.0), (None, None)),
+        (2, (math.nan,) * 3, (None, None)),
+        (2, (1e12,) * 3, (None, None)),
+        (2, (-1.0, 0.0, -1.0), (None, None)),
+        (0, (-1.0, 0.0, 0.0), (None, None)),
+    ],
+)
+def test_only_a_claim_is_an_accuracy(
+    kind: int, diagonal: tuple[float, float, float], claims: tuple[float | None, float | None]
+) -> None:
+    message = fix()
+    message.position_covariance_type = kind
+    message.position_covariance = np.diag(diagonal).ravel()
+    found = CONVERTERS["fix"](message)
+    assert (found.accuracy_m, found.vertical_accuracy_m) == claims
 
 
 @pytest.mark.parametrize(

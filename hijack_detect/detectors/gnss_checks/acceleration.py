@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections import deque
 
 from hijack_detect.detectors.gnss_checks.mean_velocity import MeanVelocity
-from hijack_detect.detectors.gnss_checks.step import Finding, Step, length, minus
+from hijack_detect.detectors.gnss_checks.step import Finding, Step, known, length, minus
 from hijack_detect.detectors.verdict import State
 from hijack_detect.streams.samples import NANOSECONDS, Vector3
 
@@ -43,7 +43,7 @@ class AccelerationCheck:
             self._velocities.popleft()
         start_ns, first = self._velocities[0]
         dt = max((step.stamp_ns - start_ns) / NANOSECONDS, 1.0)
-        size = length(minus(velocity, first)) / dt
+        size = length(known(minus(velocity, first))) / dt
         margin = size / self._limit
         state = State.SUSPICIOUS if margin >= SUSPICIOUS_PART else State.NORMAL
         text = f"acceleration {size:.1f} m/s² over 1 s (limit {self._limit:g})"

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from hijack_detect.detectors.gnss_checks.step import ZERO, Finding, Step, length
+from hijack_detect.detectors.gnss_checks.step import ZERO, Finding, Step, known, length
 from hijack_detect.detectors.verdict import State
 from hijack_detect.streams.samples import NANOSECONDS
 
@@ -57,14 +57,15 @@ class FreezeCheck:
         """Reported speed; from fixes alone the smaller of two steps, as one may be a jump."""
         flown = length(step.moved) / step.dt_s
         slower, self._flown = min(flown, self._flown), flown
-        self._speed_before = slower if step.velocity is None else length(step.velocity)
+        self._speed_before = slower if step.velocity is None else length(known(step.velocity))
 
     def _evidence(self, step: Step) -> str | None:
-        velocity = step.velocity
+        velocity = None if step.velocity is None else known(step.velocity)
+        before = None if step.before is None else known(step.before)
         if velocity is not None and velocity != ZERO:
             if length(velocity) >= MOVING:
                 return f"speed {length(velocity):.1f} m/s"
-            return "velocity repeats too" if velocity == step.before else None
+            return "velocity repeats too" if velocity == before else None
         if self._speed_before >= STOPPED_FROM:
             return f"motion was {self._speed_before:.1f} m/s"
         return None

@@ -7,7 +7,7 @@ import math
 from collections import deque
 from dataclasses import dataclass
 
-from hijack_detect.detectors.gnss_checks.step import ZERO, Finding, Step, minus, plus
+from hijack_detect.detectors.gnss_checks.step import ZERO, Finding, Step, known, minus, plus
 from hijack_detect.detectors.verdict import State
 from hijack_detect.streams.samples import NANOSECONDS, Vector3
 
@@ -56,15 +56,17 @@ class JumpCheck:
         before_s, self._blind_s = self._blind_s, step.blind_s
         gap = step.blind_s > max(GAP_S, GAP_TIMES * before_s)
         residual = step.off_path if gap else step.residual
-        if residual is None:
+        if residual is None or (self._vertical and math.isnan(residual[2])):
             self._forget()
             return Finding()
+        residual = known(residual)
         p = self._limits
-        slack = p.manoeuvre_m_s2 * step.blind_s**2 * (0.25 if step.from_velocity else 1.0)
+        by_velocity = step.from_velocity and not (self._vertical and step.level)
+        slack = p.manoeuvre_m_s2 * step.blind_s**2 * (0.25 if by_velocity else 1.0)
         claimed = max(step.fix.accuracy_m or 0.0, step.previous.accuracy_m or 0.0)
         base = max(p.suspicious_m, p.accuracy_gain * min(claimed, p.accuracy_cap_m))
         size, allowed = self._size(residual), base + slack
-        if step.from_velocity and step.blind_s * NANOSECONDS < WINDOW_NS:
+        if by_velocity and step.blind_s * NANOSECONDS < WINDOW_NS:
             whole = self._add(step.stamp_ns, residual)
             if whole / (base * STRIDE + slack) > size / allowed:
                 size, allowed = whole, base * STRIDE + slack

@@ -5,12 +5,15 @@ from __future__ import annotations
 
 from collections import deque
 
-from hijack_detect.detectors.gnss_checks.step import ZERO, Step, minus, plus
+from hijack_detect.detectors.gnss_checks.step import ZERO, Step, known, minus, plus
 from hijack_detect.streams.samples import NANOSECONDS, Vector3
 
 
 class MeanVelocity:
-    """Displacement over at least 1 s divided by its time; the noise of fixes is then harmless."""
+    """Displacement over at least 1 s divided by its time; the noise of fixes is then harmless.
+
+    It is level where heights were not measured.
+    """
 
     def __init__(self) -> None:
         """Start without fixes."""
@@ -21,7 +24,7 @@ class MeanVelocity:
         """Mean velocity (ENU, m/s) up to the fix; None in the first second."""
         if not self._places:
             self._places.append((step.previous.stamp_ns, ZERO))
-        self._place = plus(self._place, step.moved)
+        self._place = plus(self._place, known(step.moved))
         self._places.append((step.stamp_ns, self._place))
         while step.stamp_ns - self._places[1][0] >= NANOSECONDS:
             self._places.popleft()

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from hijack_detect.detectors.gnss_checks.mean_velocity import MeanVelocity
-from hijack_detect.detectors.gnss_checks.step import Finding, Step, length
+from hijack_detect.detectors.gnss_checks.step import Finding, Step, known, length
 from hijack_detect.detectors.verdict import State
 
 SUSPICIOUS_PART = 0.8
@@ -22,7 +22,7 @@ class SpeedCheck:
 
     def judge(self, step: Step) -> Finding:
         """See Check."""
-        reported = 0.0 if step.velocity is None else length(step.velocity)
+        reported = 0.0 if step.velocity is None else length(known(step.velocity))
         mean = self._mean.add(step)
         flown = 0.0 if mean is None else length(mean)
         speed = max(reported, flown)

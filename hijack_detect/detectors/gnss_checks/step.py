@@ -21,13 +21,15 @@ class Step:
         previous: The fix before.
         fix: The fix.
         dt_s: Time between their stamps, seconds.
-        moved: Change of position.
+        moved: Change of position; up is NaN where a height was not measured.
         before: Velocity reported for the previous fix, None if there was none.
-        velocity: Velocity reported for the fix, None if there is none.
+        velocity: Velocity reported for the fix, None if there is none; up may be NaN in both.
         expected: Change of position to expect: the integral of the velocities; from fixes alone
-            the step before, extrapolated; None without either.
+            the step before, extrapolated; None without either. Up is from fixes alone where
+            `level`, and NaN where there is nothing to expect it from.
         blind_s: Longest time without a velocity (from fixes alone: without a fix) in the step.
         count: Number of satellites in use, None if it is not told.
+        level: Whether a velocity in the step has no vertical component.
     """
 
     previous: FixSample
@@ -39,6 +41,7 @@ class Step:
     expected: Vector3 | None
     blind_s: float
     count: int | None = None
+    level: bool = False
 
     @property
     def stamp_ns(self) -> int:
@@ -60,8 +63,9 @@ class Step:
         """The part of the residual that falling short on the expected way does not explain."""
         if self.expected is None:
             return None
-        squared = dot(self.expected, self.expected)
-        part = dot(self.moved, self.expected) / squared if squared else 0.0
+        expected, moved = known(self.expected), known(self.moved)
+        squared = dot(expected, expected)
+        part = dot(moved, expected) / squared if squared else 0.0
         return plus(self.moved, self.expected, -max(0.0, min(1.0, part)))
 
     @property
@@ -109,10 +113,15 @@ def dot(a: Vector3, b: Vector3) -> float:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
+def known(a: Vector3) -> Vector3:
+    """A vector that is level where its vertical component was not measured."""
+    return (a[0], a[1], 0.0) if math.isnan(a[2]) else a
+
+
 def length(a: Vector3) -> float:
     """Length of a vector."""
     return math.sqrt(dot(a, a))
 
 
 def _place(fix: FixSample) -> Vector3:
-    return (fix.latitude_deg, fix.longitude_deg, fix.altitude_m)
+    return known((fix.latitude_deg, fix.longitude_deg, fix.altitude_m))

@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
-from hijack_detect.detectors.gnss_checks.step import ZERO, Step, plus
+import math
+
+from hijack_detect.detectors.gnss_checks.step import ZERO, Step, known, plus
 from hijack_detect.estimation.course import displacement
 from hijack_detect.streams.samples import (
     NANOSECONDS,
@@ -31,6 +33,8 @@ class Track:
         self._fix: FixSample | None = None
         self._at_fix: tuple[Vector3, Vector3] | None = None
         """Velocity and its integral at the last fix."""
+        self._level = False
+        """Whether a velocity since the last fix has no vertical component."""
         self._speed: Vector3 | None = None
         """Mean velocity of the step before."""
 
@@ -40,7 +44,9 @@ class Track:
         if before is None:
             return
         dt = (sample.stamp_ns - before.stamp_ns) / NANOSECONDS
-        self._integral = plus(self._integral, plus(before.velocity, sample.velocity), 0.5 * dt)
+        both = plus(known(before.velocity), known(sample.velocity))
+        self._integral = plus(self._integral, both, 0.5 * dt)
+        self._level = self._level or not (before.has_vertical and sample.has_vertical)
         self._longest_s = max(self._longest_s, dt)
 
     def satellites(self, sample: SatelliteSample) -> None:
@@ -52,6 +58,9 @@ class Track:
         previous, self._fix = self._fix, fix
         before, self._at_fix = self._at_fix, self._integral_at(fix.stamp_ns)
         longest_s, self._longest_s = self._longest_s, 0.0
+        newest = self._velocity
+        flat = newest is not None and not newest.has_vertical
+        level, self._level = self._level or flat, flat
         if previous is None:
             return None
         dt = (fix.stamp_ns - previous.stamp_ns) / NANOSECONDS
@@ -62,6 +71,9 @@ class Track:
         now = self._at_fix
         if before is not None and now is not None:
             expected: Vector3 | None = plus(now[1], before[1], -1.0)
+            if level and expected is not None:
+                up = math.nan if mean is None else mean[2] * dt
+                expected = (expected[0], expected[1], up)
         else:
             expected = None if mean is None else plus(ZERO, mean, dt)
         return Step(
@@ -76,6 +88,7 @@ class Track:
             self._count.count
             if self._count is not None and fix.stamp_ns - self._count.stamp_ns <= MAX_AGE_NS
             else None,
+            level and before is not None and now is not None,
         )
 
     def _integral_at(self, stamp_ns: int) -> tuple[Vector3, Vector3] | None:
@@ -83,4 +96,4 @@ class Track:
         if newest is None or stamp_ns - newest.stamp_ns > MAX_AGE_NS:
             return None
         ahead_s = (stamp_ns - newest.stamp_ns) / NANOSECONDS
-        return newest.velocity, plus(self._integral, newest.velocity, ahead_s)
+        return newest.velocity, plus(self._integral, known(newest.velocity), ahead_s)

@@ -82,6 +82,9 @@ class VelocityMismatchCheck:
         if step.blind_s > MAX_GAP_S:
             self._start()
             return Finding()
+        if step.level or math.isnan(residual[2]):  # no height and climb to compare
+            residual = (residual[0], residual[1], 0.0)
+            velocity = (velocity[0], velocity[1], 0.0)
         before = self._mark
         self._mark = _Mark(
             step.stamp_ns,

@@ -16,6 +16,7 @@ from hijack_detect.evaluation.ground_truth.truth import TruthTrack
 from hijack_detect.evaluation.monitor.graph import Baselines, Monitor, MonitorParameters
 from hijack_detect.spoofing.scenario import Scenario
 from hijack_detect.spoofing.spoofer import Spoofer
+from hijack_detect.streams.absence import Absence
 from hijack_detect.streams.samples import (
     NANOSECONDS,
     FixSample,
@@ -35,6 +36,8 @@ class FlightNotes:
     start_ns: int
     """Log time of the bag's first message; scenario times count from here."""
     rejected: Rejected = field(default_factory=Rejected)
+    absence: Absence = field(default_factory=Absence)
+    """Which components of the inputs were not measured."""
     separations: list[tuple[int, float]] = field(default_factory=list)
     """Stamp of each fix and metres between the true and the reported position."""
 
@@ -74,13 +77,19 @@ def spoofed_samples(
     if scenario is not None:
         scenario.check_within(reader.duration_s)
         spoofer = Spoofer(scenario, reader.start_ns)
-    for name, sample in read_samples(reader, topics, on_rejected=flight.rejected.add):
+    seen = Absence()  # what a node makes of the messages that were spoofed
+    for name, sample in read_samples(
+        reader, topics, on_rejected=flight.rejected.add, absence=flight.absence
+    ):
         if isinstance(sample, FixSample) and spoofer is not None:
-            reported = spoofer.fix(sample)
+            reported = seen(spoofer.fix(sample))
+            assert reported is not None
             flight.separations.append((sample.stamp_ns, spoofer.offset_m))
             yield name, reported
         elif isinstance(sample, VelocitySample) and spoofer is not None:
-            yield name, spoofer.velocity(sample)
+            velocity = seen(spoofer.velocity(sample))
+            assert velocity is not None
+            yield name, velocity
         elif isinstance(sample, SatelliteSample) and spoofer is not None:
             yield name, spoofer.satellites(sample)
         else:

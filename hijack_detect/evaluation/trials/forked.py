@@ -12,6 +12,7 @@ from __future__ import annotations
 import copy
 import itertools
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
 from typing import Any, Generic, Protocol, TypeVar
 
 from hijack_detect.bags.reader import BagReader
@@ -20,6 +21,7 @@ from hijack_detect.evaluation.monitor.graph import Baselines, Monitor, MonitorPa
 from hijack_detect.evaluation.monitor.offline import OfflineRun, run_samples
 from hijack_detect.spoofing.scenario import Scenario
 from hijack_detect.spoofing.spoofer import Spoofer
+from hijack_detect.streams.absence import Absence
 from hijack_detect.streams.samples import (
     NANOSECONDS,
     FixSample,
@@ -117,7 +119,7 @@ class _Onset(Generic[A]):
         self.onset_ns = start_ns + round(onset_s * NANOSECONDS)
         self._end_ns = self.onset_ns + round(horizon_s * NANOSECONDS)
         self._attacks = [
-            (one, None if one.scenario is None else Spoofer(one.scenario, start_ns))
+            (one, None if one.scenario is None else _Reports(Spoofer(one.scenario, start_ns)))
             for one in attacks
         ]
         self._samples: list[tuple[str, Sample]] = []
@@ -126,9 +128,9 @@ class _Onset(Generic[A]):
 
     def remember(self, sample: Sample) -> None:
         """Show the attacks what was true before them."""
-        for _, spoofer in self._attacks:
-            if spoofer is not None:
-                reported(spoofer, sample)
+        for _, reports in self._attacks:
+            if reports is not None:
+                reports.of(sample)
 
     def add(self, name: str, sample: Sample) -> None:
         """Keep a sample for the runs."""
@@ -142,29 +144,39 @@ class _Onset(Generic[A]):
 
     def runs(self) -> Iterator[tuple[A, OfflineRun]]:
         """Each attack on a copy of the monitor of its own."""
-        for attack, spoofer in self._attacks:
+        for attack, reports in self._attacks:
             run = OfflineRun(self._start_ns)
-            samples = self._attacked(spoofer, run)
+            samples = self._attacked(reports, run)
             assert self.monitor is not None
             yield attack, run_samples(samples, copy.deepcopy(self.monitor), run)
 
-    def _attacked(self, spoofer: Spoofer | None, run: OfflineRun) -> Iterator[tuple[str, Sample]]:
+    def _attacked(self, reports: _Reports | None, run: OfflineRun) -> Iterator[tuple[str, Sample]]:
         for name, sample in self._samples:
-            if spoofer is None:
+            if reports is None:
                 yield name, sample
                 continue
-            changed = reported(spoofer, sample)
+            changed = reports.of(sample)
             if isinstance(sample, FixSample):
-                run.separations.append((sample.stamp_ns, spoofer.offset_m))
+                run.separations.append((sample.stamp_ns, reports.spoofer.offset_m))
             yield name, changed
 
 
-def reported(spoofer: Spoofer, sample: Sample) -> Sample:
-    """What a spoofer makes of a sample of any input."""
-    if isinstance(sample, FixSample):
-        return spoofer.fix(sample)
-    if isinstance(sample, VelocitySample):
-        return spoofer.velocity(sample)
-    if isinstance(sample, SatelliteSample):
-        return spoofer.satellites(sample)
-    return sample
+@dataclass
+class _Reports:
+    """What one attack makes of the samples, as a monitor takes it."""
+
+    spoofer: Spoofer
+    absence: Absence = field(default_factory=Absence)
+
+    def of(self, sample: Sample) -> Sample:
+        """What is made of a sample of any input."""
+        changed = sample
+        if isinstance(sample, FixSample):
+            changed = self.spoofer.fix(sample)
+        elif isinstance(sample, VelocitySample):
+            changed = self.spoofer.velocity(sample)
+        elif isinstance(sample, SatelliteSample):
+            changed = self.spoofer.satellites(sample)
+        marked = self.absence(changed)
+        assert marked is not None
+        return marked

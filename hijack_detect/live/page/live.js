@@ -67,8 +67,8 @@ function banner() {
   text('probability', lost || frame?.probability == null ? '–' : frame.probability.toFixed(2));
   text('clock', frame?.time == null ? '–' : minutes(frame.time));
   const at = frame?.position;
-  text('position', at ? `${metres(at.east)} m East, ${metres(at.north)} m North, ` +
-    `${metres(at.altitude)} m high` : frame?.time == null ? '' : 'no fix');
+  text('position', at ? `${metres(at.east)} m East, ${metres(at.north)} m North` +
+    (at.altitude == null ? '' : `, ${metres(at.altitude)} m high`) : frame?.time == null ? '' : 'no fix');
   text('utc', frame?.stamp > 1e9
     ? new Date(frame.stamp * 1000).toISOString().replace('T', ' ').slice(0, 21) + ' UTC (stamps)'
     : '');

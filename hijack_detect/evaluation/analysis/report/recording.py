@@ -155,7 +155,8 @@ def _track(time_s: Array, places: Array, origin: Sequence[Array]) -> Track:
     """Places as metres East and North of the origin, which is empty if there are none."""
     if not len(places):
         return Track(time_s, np.array([]), np.array([]))
-    east, north, _ = pymap3d.geodetic2enu(*places.T, *origin[0])
+    places, place = np.nan_to_num(places), np.nan_to_num(origin[0])  # heights not measured
+    east, north, _ = pymap3d.geodetic2enu(*places.T, *place)
     return Track(time_s, np.asarray(east), np.asarray(north))
 
 
