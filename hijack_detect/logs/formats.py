@@ -21,10 +21,11 @@ from hijack_detect.logs.csv_template import advice
 from hijack_detect.logs.logged import ATTITUDE, Notes, Read, Wanted
 
 SQLITE = b"SQLite format 3"
+TEXT, TEXT_LINE = b"FMT, ", b"\nFMT, 128, 89, FMT, "
 MAGICS: dict[bytes, tuple[str, Read]] = {
     b"ULog\x01\x12\x35": ("PX4 ULog", ulog.read),
     dataflash.MAGIC: ("ArduPilot DataFlash", dataflash.read),
-    b"FMT, ": ("ArduPilot DataFlash as text", dataflash.read),
+    TEXT: ("ArduPilot DataFlash as text", dataflash.read),
     b"#ROSBAG V2.0": ("ROS 1 bag", rosbag.read),
     SQLITE: ("ROS 2 bag in sqlite3", rosbag.read),
 }
@@ -33,6 +34,8 @@ TLOG = ("MAVLink telemetry log", tlog.read)
 MCAP = b"\x89MCAP0\r\n"
 CSV = (csv_log.FORMAT, "with --columns")
 TABLES = (".csv", ".tsv", ".txt")
+BANNER_BYTES = 4096
+"""Terminals wrote a banner before the first FMT of a DataFlash as text; it ends by here."""
 TLOG_AT, TLOG_MAGICS = 8, (0xFE, 0xFD)
 """A telemetry log begins with a time, and then a MAVLink packet of version 1 or 2."""
 
@@ -137,14 +140,16 @@ def _recognised(path: Path, wanted: Wanted) -> tuple[str, Read] | None:
             known = known_map(path)
             return None if known is None else ("CSV of ulog2csv", csv_log.reader(known))
         with path.open("rb") as file:
-            begin = file.read(max(map(len, MAGICS)))
+            head = file.read(BANNER_BYTES)
+        begin = head[: max(map(len, MAGICS))]
         if begin.startswith(MCAP):
             return _mcap(path, wanted)
     except (OSError, BagError):
         return None
     if len(begin) > TLOG_AT and begin[0] == 0 and begin[TLOG_AT] in TLOG_MAGICS:
         return TLOG
-    return next((found for magic, found in MAGICS.items() if begin.startswith(magic)), None)
+    found = next((one for magic, one in MAGICS.items() if begin.startswith(magic)), None)
+    return found or (MAGICS[TEXT] if TEXT_LINE in head else None)
 
 
 def _mcap(path: Path, wanted: Wanted) -> tuple[str, Read] | None:

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
+from hijack_detect.streams.messages import claimed
 from hijack_detect.streams.samples import FixSample, Quaternion, Sample
 
 ATTITUDE = "/autopilot/attitude"
@@ -25,14 +26,25 @@ class Logged(NamedTuple):
 
 
 def fix_sample(
-    stamp_ns: int, place: Iterable[float], accuracy_m: float, *, has_fix: bool
+    stamp_ns: int,
+    place: Iterable[float],
+    accuracy_m: float,
+    *,
+    has_fix: bool,
+    vertical_accuracy_m: float = math.nan,
 ) -> FixSample:
-    """A fix at latitude, longitude (degrees) and height (m); its accuracy where it is one."""
+    """A fix at latitude, longitude (degrees) and height (m); its accuracies where they are any."""
     if not has_fix:
         return FixSample(stamp_ns, 0.0, 0.0, 0.0, has_fix=False)
     latitude, longitude, height = map(float, place)
-    known = accuracy_m if 0.0 < accuracy_m < math.inf else None
-    return FixSample(stamp_ns, latitude, longitude, height, accuracy_m=known)
+    return FixSample(
+        stamp_ns,
+        latitude,
+        longitude,
+        height,
+        accuracy_m=claimed(accuracy_m),
+        vertical_accuracy_m=claimed(vertical_accuracy_m),
+    )
 
 
 @dataclass(frozen=True)

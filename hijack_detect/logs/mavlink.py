@@ -23,6 +23,7 @@ from hijack_detect.logs.units import (
     MILLIGAUSS_T,
     MILLIGRAVITY,
 )
+from hijack_detect.streams.absence import UNKNOWN_COUNT
 from hijack_detect.streams.samples import (
     ImuSample,
     MagneticSample,
@@ -31,8 +32,6 @@ from hijack_detect.streams.samples import (
 )
 
 NO_VELOCITY = "MAVLink has no vertical velocity of the GPS: velocities are left out"
-NO_COUNT = 255
-"""satellites_visible where the receiver does not say."""
 MAG_UPDATED, PRESSURE_UPDATED = 0b111 << 6, 1 << 9
 """Bits of fields_updated of a HIGHRES_IMU."""
 
@@ -73,10 +72,16 @@ def gps(message: Any, stamp_ns: int) -> Iterator[Logged]:
     """The fix of a GPS_RAW_INT (height above the sea) and its number of satellites."""
     place = (message.lat * 1e-7, message.lon * 1e-7, message.alt * 1e-3)
     accuracy_m = getattr(message, "h_acc", 0) * 1e-3 or math.nan
-    fix = fix_sample(stamp_ns, place, accuracy_m, has_fix=has_fix(message))
+    fix = fix_sample(
+        stamp_ns,
+        place,
+        accuracy_m,
+        has_fix=has_fix(message),
+        vertical_accuracy_m=getattr(message, "v_acc", 0) * 1e-3 or math.nan,
+    )
     yield Logged("fix", stamp_ns, fix)
     count = int(message.satellites_visible)
-    if count != NO_COUNT:
+    if count != UNKNOWN_COUNT:
         yield Logged("satellites", stamp_ns, SatelliteSample(stamp_ns, count))
 
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any
@@ -10,6 +11,7 @@ from typing import Any
 from hijack_detect.logs.frames import enu, flu
 from hijack_detect.logs.logged import Logged, fix_sample
 from hijack_detect.logs.units import FIX_3D, GAUSS_T
+from hijack_detect.streams.absence import UNKNOWN_COUNT
 from hijack_detect.streams.messages import BadMessage
 from hijack_detect.streams.samples import (
     ImuSample,
@@ -30,6 +32,7 @@ INPUTS = {
     f"{PACKAGE}/msg/VehicleAirData": "pressure",
 }
 """Types of px4_msgs that are read, and the input of each; a SensorGps brings all of the GPS."""
+ABOVE_SEA = "the height above the ellipsoid is not filled: heights are above the sea"
 LONGEST_DELAY_US = 1_000_000
 """A sample that is said to be older than this when it was published was not stamped."""
 LATEST_US = 2**31 * 1_000_000
@@ -106,15 +109,43 @@ def gps(stamp_ns: int, field: Callable[[str], Any], *, in_degrees: bool) -> Iter
     """
     has_fix = bool(field("fix_type") >= FIX_3D)
     if in_degrees:
-        names = (IN_DEGREES, "longitude_deg", "altitude_ellipsoid_m")
-        place = tuple(float(field(name)) for name in names)
+        place = (float(field(IN_DEGREES)), float(field("longitude_deg")))
     else:
-        scales = (("lat", 1e-7), ("lon", 1e-7), ("alt_ellipsoid", 1e-3))
-        place = tuple(float(field(name)) * scale for name, scale in scales)
-    fix = fix_sample(stamp_ns, place, float(field("eph")), has_fix=has_fix)
+        place = (float(field("lat")) * 1e-7, float(field("lon")) * 1e-7)
+    height, _ = height_m(field, in_degrees=in_degrees)
+    fix = fix_sample(
+        stamp_ns,
+        (*place, height),
+        float(field("eph")),
+        has_fix=has_fix,
+        vertical_accuracy_m=_optional(field, "epv"),
+    )
     yield Logged("fix", stamp_ns, fix)
     if has_fix and field("vel_ned_valid"):
         velocity = enu(*(float(field(f"vel_{axis}_m_s")) for axis in "ned"))
         yield Logged("velocity", stamp_ns, VelocitySample(stamp_ns, velocity))
     count = int(field("satellites_used"))
-    yield Logged("satellites", stamp_ns, SatelliteSample(stamp_ns, count))
+    if count != UNKNOWN_COUNT:
+        yield Logged("satellites", stamp_ns, SatelliteSample(stamp_ns, count))
+
+
+def height_m(field: Callable[[str], Any], *, in_degrees: bool) -> tuple[float, bool]:
+    """Height of a SensorGps, m, and whether it is the one above the sea.
+
+    That is taken where a driver has left the height above the ellipsoid at 0.
+    """
+    ellipsoid, sea, scale = "alt_ellipsoid", "alt", 1e-3
+    if in_degrees:
+        ellipsoid, sea, scale = "altitude_ellipsoid_m", "altitude_msl_m", 1.0
+    height = float(field(ellipsoid)) * scale
+    if height == 0.0 and (above_sea := _optional(field, sea) * scale) not in (0.0, math.nan):
+        return above_sea, not math.isnan(above_sea)
+    return height, False
+
+
+def _optional(field: Callable[[str], Any], name: str) -> float:
+    """The value of a field; NaN where the message has no such field."""
+    try:
+        return float(field(name))
+    except (AttributeError, KeyError):
+        return math.nan

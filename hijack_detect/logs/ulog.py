@@ -16,6 +16,7 @@ from hijack_detect.bags.errors import BagError
 from hijack_detect.logs import px4
 from hijack_detect.logs.frames import attitude, flu
 from hijack_detect.logs.logged import ATTITUDE, Logged, Notes, Wanted
+from hijack_detect.logs.receiver_clock import ReceiverClock, receiver_clock
 from hijack_detect.logs.units import GAUSS_T
 from hijack_detect.streams.samples import (
     ImuSample,
@@ -49,10 +50,14 @@ def read(path: Path, wanted: Wanted, notes: Notes) -> Iterator[Logged]:
     if known is None:
         notes.said.append("the log does not know UTC: stamps count from the autopilot's start")
 
-    def stamp(microseconds: Any) -> int:
-        return (int(microseconds) + offset_us) * 1000
+    clock = _clock(gps)
+    if clock.corrects:
+        notes.said.append(clock.said())
 
-    streams = [_imu(path, topics, wanted.imu, stamp), _fixes(gps, stamp)]
+    def stamp(microseconds: Any) -> int:
+        return clock(int(microseconds) * 1000) + offset_us * 1000
+
+    streams = [_imu(path, topics, wanted.imu, stamp), _fixes(gps, stamp, notes)]
     for topic, rows in (
         ("vehicle_magnetometer", _mag),
         ("vehicle_air_data", _pressure),
@@ -123,10 +128,21 @@ def _imu(
     )
 
 
-def _fixes(columns: Columns, stamp: Any) -> Iterator[Logged]:
-    in_degrees = px4.IN_DEGREES in columns
+def _clock(gps: Columns) -> ReceiverClock:
+    """The clock of a log, from the receiver's time in it."""
+    utc_us = np.asarray(gps.get("time_utc_usec", ()), dtype=np.int64)
+    told = np.flatnonzero(utc_us)
+    own_ns = gps["timestamp"][told].astype(np.int64) * 1000
+    return receiver_clock(own_ns.tolist(), (1e-6 * (utc_us[told] - utc_us[told][:1])).tolist())
+
+
+def _fixes(columns: Columns, stamp: Any, notes: Notes) -> Iterator[Logged]:
+    in_degrees, above_sea = px4.IN_DEGREES in columns, False
     for at, microseconds in enumerate(columns["timestamp"]):
         row = {name: values[at] for name, values in columns.items()}
+        if not above_sea and px4.height_m(row.__getitem__, in_degrees=in_degrees)[1]:
+            above_sea = True
+            notes.said.append(px4.ABOVE_SEA)
         yield from px4.gps(stamp(microseconds), row.__getitem__, in_degrees=in_degrees)
 
 
