@@ -84,8 +84,8 @@ def receiver_clock(own_ns: Sequence[int], receiver_s: Sequence[float]) -> Receiv
     spans = own[later] - own
     whole = spans >= WINDOW_S
     rate = float(np.median((time[later] - time)[whole] / spans[whole]))
-    off = time - rate * own
-    off -= np.median(off)
+    apart: Array = time - rate * own
+    off = apart - np.median(apart)
     spread = max(1.4826 * float(np.median(np.abs(off))), 1e-3)
     good = np.abs(off) <= OUTLIER_SIGMAS * spread
     if spread > WORST_S or np.mean(good) < SHARE:
