@@ -127,16 +127,21 @@ class Velocity(Input):
     course: Angle | None = None
     """Clockwise from North."""
     climb: Speed | None = None
-    """Upwards; a receiver that does not know it says nothing of the vertical: give no velocity."""
+    """Upwards; left out, or empty in a row, where the receiver does not measure it."""
 
     @model_validator(mode="after")
     def _check_one_way(self) -> Velocity:
         axes, polar = (self.axes, self.frame), (self.speed, self.course, self.climb)
         if (None not in axes and polar == (None,) * 3) or (
-            None not in polar and axes == (None,) * 2
+            None not in polar[:2] and axes == (None,) * 2
         ):
             return self
         raise ValueError("give axes and frame (ENU or NED), or speed, course and climb")
+
+    @property
+    def optional(self) -> int:
+        """See Input: the vertical component."""
+        return 1 if self.axes is not None or self.climb is not None else 0
 
     def columns(self) -> list[Column]:
         """See Input."""
@@ -147,7 +152,7 @@ class Velocity(Input):
 
     def logged(self, stamp_ns: int, values: Numbers) -> Logged:
         """See Input."""
-        a, b, c = values
+        a, b, *_ = values
         velocity: Vector3
         if self.axes is not None:
             a, b, c = (one * SPEED[self.axes.unit] for one in values)
@@ -155,9 +160,8 @@ class Velocity(Input):
         else:
             assert self.speed is not None
             assert self.course is not None
-            assert self.climb is not None
             speed, course = a * SPEED[self.speed.unit], b * ANGLE[self.course.unit]
-            up = c * SPEED[self.climb.unit]
+            up = math.nan if self.climb is None else values[2] * SPEED[self.climb.unit]
             velocity = (speed * math.sin(course), speed * math.cos(course), up)
         return Logged("velocity", stamp_ns, VelocitySample(stamp_ns, velocity))
 

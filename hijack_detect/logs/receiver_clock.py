@@ -23,6 +23,9 @@ WINDOW_S = 10.0
 SHORTEST_S = 30.0
 """A log with less of the receiver's time is left alone."""
 OUTLIER_SIGMAS = 3.0
+ROUNDS = 5
+LEAST_SPREAD_S = 1e-3
+"""Logs have milliseconds."""
 SHARE = 0.7
 """A line that fits less of the fixes than this is none: the receiver's time steps or drifts."""
 WORST_S = 0.1
@@ -74,8 +77,8 @@ def receiver_clock(own_ns: Sequence[int], receiver_s: Sequence[float]) -> Receiv
     """
     if len(own_ns) < 2:
         return ReceiverClock()
-    own: Array = (np.array(own_ns, dtype=np.int64) - own_ns[0]) * 1e-9
-    time = np.unwrap(np.array(receiver_s, dtype=float) - receiver_s[0], period=WEEK_S)
+    own: Array = np.array([one - own_ns[0] for one in own_ns]) * 1e-9
+    time: Array = np.unwrap(np.array(receiver_s, dtype=float) - receiver_s[0], period=WEEK_S)
     fresh = np.concatenate([[True], (np.diff(own) > 0.0) & (np.diff(time) > 0.0)])
     own, time = own[fresh], time[fresh]
     if own[-1] - own[0] < SHORTEST_S:
@@ -85,11 +88,13 @@ def receiver_clock(own_ns: Sequence[int], receiver_s: Sequence[float]) -> Receiv
     whole = spans >= WINDOW_S
     rate = float(np.median((time[later] - time)[whole] / spans[whole]))
     apart: Array = time - rate * own
-    off = apart - np.median(apart)
-    spread = max(1.4826 * float(np.median(np.abs(off))), 1e-3)
-    good = np.abs(off) <= OUTLIER_SIGMAS * spread
+    for _ in range(ROUNDS):
+        off: Array = np.abs(apart - np.median(apart))
+        spread = max(1.4826 * float(np.median(off)), LEAST_SPREAD_S)
+        good = off <= OUTLIER_SIGMAS * spread
+        rate, start = np.polyfit(own[good], time[good], 1).tolist()
+        apart = time - rate * own - start
     if spread > WORST_S or np.mean(good) < SHARE:
         return ReceiverClock()
-    rate = float(np.polyfit(own[good], time[good], 1)[0])
     anchor_ns = int(own_ns[0])
     return ReceiverClock(rate, anchor_ns) if abs(rate - 1.0) > LEAST_ERROR else ReceiverClock()

@@ -20,6 +20,9 @@ LAG_S = 0.2
 shows as a difference of up to 0.2 s · Δv, which is taken off."""
 MOVING = 2.0
 """m/s; at rest a receiver is better, and worse while it starts, than in flight."""
+WITHOUT_CLIMB = math.sqrt(2.0)
+"""What is learnt is the larger of two differences; where only the horizontal one is known, the
+limit is this much wider: the mean of the larger of two half-normal values over that of one."""
 MAX_RATE = (5.0, 10.0)
 """m/s, horizontally and vertically: what a step differs by beyond this rate is a jump, which is
 for the jump check, and must not weigh on 20 s."""
@@ -61,6 +64,7 @@ class VelocityMismatchCheck:
         self._limits = limits
         self._learned = LearnedLevel(limits.floor, limits.gain)
         self._persistence = Persistence(limits.persist_s)
+        self._level = False
         self._start()
 
     def _start(self) -> None:
@@ -71,7 +75,8 @@ class VelocityMismatchCheck:
     @property
     def part(self) -> float:
         """The present limits as a part of those of a poor receiver."""
-        return self._learned.part
+        part = self._learned.part
+        return WITHOUT_CLIMB * part if self._level else part
 
     def judge(self, step: Step) -> Finding:
         """See Check."""
@@ -82,7 +87,8 @@ class VelocityMismatchCheck:
         if step.blind_s > MAX_GAP_S:
             self._start()
             return Finding()
-        if step.level or math.isnan(residual[2]):  # no height and climb to compare
+        self._level = step.level or math.isnan(residual[2])
+        if self._level:  # no height and climb to compare
             residual = (residual[0], residual[1], 0.0)
             velocity = (velocity[0], velocity[1], 0.0)
         before = self._mark

@@ -1,0 +1,92 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
+"""Whether the clock that stamps a stream runs at another rate than the receiver's."""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections import deque
+
+from hijack_detect.estimation.geodesy import LocalFrame
+from hijack_detect.streams.samples import NANOSECONDS, FixSample, VelocitySample
+
+WINDOW_S = 3.0
+"""Positions and velocities are compared over this: long against their noise and lags."""
+MAX_GAP_S = 1.0
+"""A window with a longer gap between velocities is not used."""
+MOVING = 2.0
+"""m/s: at less speed the noise of positions decides the ratio (0.65 on a slow flight)."""
+LEAST_WINDOWS, MOST_WINDOWS = 20, 100
+LEAST_RATIO = 0.03
+"""Ratios of 13 recorded flights with a good clock are within 0.98 and 1.00, of those with one that
+runs at 12/13 (1.083) between 1.05 and 1.09."""
+LEAST_OFF = 0.025
+"""Receivers measure once in 1/n s, to better than 1 %."""
+AGREE = 0.05
+"""The two ways to see the rate agree this well."""
+KEPT_FIXES = 200
+
+
+class ClockRateCheck:
+    """Two witnesses, each weak and together conclusive, that need no receiver's time.
+
+    The distance between two fixes is true, that which the velocities give is stamped; and
+    receivers measure in intervals of 1/n s. Give it fixes and velocities in order of stamp.
+    """
+
+    def __init__(self) -> None:
+        """Start without samples."""
+        self._start: FixSample | None = None
+        self._last_ns: int | None = None
+        self._velocity: VelocitySample | None = None
+        self._way = (0.0, 0.0)
+        self._gap_s = 0.0
+        self._ratios: deque[float] = deque(maxlen=MOST_WINDOWS)
+        self._intervals: deque[float] = deque(maxlen=KEPT_FIXES)
+
+    def velocity(self, sample: VelocitySample) -> None:
+        """Take a GPS velocity."""
+        last, self._velocity = self._velocity, sample
+        if last is None:
+            return
+        dt = (sample.stamp_ns - last.stamp_ns) / NANOSECONDS
+        self._gap_s = max(self._gap_s, dt)
+        (e0, n0, _), (e1, n1, _) = last.velocity, sample.velocity
+        self._way = (self._way[0] + 0.5 * dt * (e0 + e1), self._way[1] + 0.5 * dt * (n0 + n1))
+
+    def fix(self, fix: FixSample) -> None:
+        """Take a fix."""
+        if not fix.has_fix:
+            self._start = self._last_ns = None
+            return
+        if self._last_ns is not None:
+            self._intervals.append((fix.stamp_ns - self._last_ns) / NANOSECONDS)
+        self._last_ns = fix.stamp_ns
+        if self._start is not None:
+            seconds = (fix.stamp_ns - self._start.stamp_ns) / NANOSECONDS
+            if seconds < WINDOW_S:
+                return
+            self._compare(self._start, fix, seconds)
+        self._start, self._way, self._gap_s = fix, (0.0, 0.0), 0.0
+
+    def _compare(self, start: FixSample, end: FixSample, seconds: float) -> None:
+        way = math.hypot(*self._way)
+        east, north, _ = LocalFrame(start).enu(end)
+        if self._gap_s <= MAX_GAP_S and seconds < 2.0 * WINDOW_S and way > MOVING * seconds:
+            self._ratios.append(math.hypot(east, north) / way)
+
+    @property
+    def rate(self) -> float | None:
+        """True seconds in one of the clock's; None while nothing says that it is not 1."""
+        if len(self._ratios) < LEAST_WINDOWS:
+            return None
+        ratio, interval = statistics.median(self._ratios), statistics.median(self._intervals)
+        if abs(ratio - 1.0) < LEAST_RATIO or abs(_nearest(interval) / interval - 1.0) < LEAST_OFF:
+            return None
+        rate = _nearest(ratio * interval) / interval
+        return rate if abs(rate - ratio) < AGREE else None
+
+
+def _nearest(interval_s: float) -> float:
+    """The 1/n s that is nearest to an interval, s."""
+    return 1.0 / max(1, round(1.0 / interval_s)) if interval_s > 0.0 else math.inf
