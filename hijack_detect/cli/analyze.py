@@ -100,6 +100,8 @@ def analyze(
         raise BadInput(f"{error.filename}: {error.strerror}") from error
     for line in done.flight.rejected.lines():
         click.echo(line, err=True)
+    for component in done.flight.absence.names:
+        click.echo(f"the {component} is not measured: it is not used", err=True)
     if json_file == STDOUT:
         click.echo(text.encode())
     elif json_file is None:

@@ -10,13 +10,13 @@ from collections import deque
 from hijack_detect.estimation.geodesy import LocalFrame
 from hijack_detect.streams.samples import NANOSECONDS, FixSample, VelocitySample
 
-WINDOW_S = 3.0
+WINDOW_S = 2.0
 """Positions and velocities are compared over this: long against their noise and lags."""
 MAX_GAP_S = 1.0
 """A window with a longer gap between velocities is not used."""
 MOVING = 2.0
 """m/s: at less speed the noise of positions decides the ratio (0.65 on a slow flight)."""
-LEAST_WINDOWS, MOST_WINDOWS = 20, 100
+LEAST_WINDOWS, MOST_WINDOWS = 10, 100
 LEAST_RATIO = 0.03
 """Ratios of 13 recorded flights with a good clock are within 0.98 and 1.00, of those with one that
 runs at 12/13 (1.083) between 1.05 and 1.09."""
@@ -25,6 +25,8 @@ LEAST_OFF = 0.025
 AGREE = 0.05
 """The two ways to see the rate agree this well."""
 KEPT_FIXES = 200
+JITTER = 0.25
+"""Stamps jitter by less of an interval (10 to 20 ms of 0.2 s); what is further off is a gap."""
 
 
 class ClockRateCheck:
@@ -80,7 +82,10 @@ class ClockRateCheck:
         """True seconds in one of the clock's; None while nothing says that it is not 1."""
         if len(self._ratios) < LEAST_WINDOWS:
             return None
-        ratio, interval = statistics.median(self._ratios), statistics.median(self._intervals)
+        ratio, usual = statistics.median(self._ratios), statistics.median(self._intervals)
+        interval = statistics.fmean(
+            one for one in self._intervals if abs(one - usual) <= JITTER * usual
+        )
         if abs(ratio - 1.0) < LEAST_RATIO or abs(_nearest(interval) / interval - 1.0) < LEAST_OFF:
             return None
         rate = _nearest(ratio * interval) / interval

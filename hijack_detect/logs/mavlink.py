@@ -2,9 +2,8 @@
 """Messages of MAVLink, as a telemetry log and a live link have them alike.
 
 No message has the vertical velocity that the receiver measured: GPS_RAW_INT has speed and course
-over ground, and GLOBAL_POSITION_INT what the autopilot's filter made of all its sensors. All that
-hears a velocity here compares three components, and a vertical one of zero or from elsewhere would
-be a contradiction, or none where there is one. So there are no velocities.
+over ground, and GLOBAL_POSITION_INT what the autopilot's filter made of all its sensors, the IMU
+among them. So velocities are those of GPS_RAW_INT, and their vertical component is absent (NaN).
 """
 
 from __future__ import annotations
@@ -29,9 +28,12 @@ from hijack_detect.streams.samples import (
     MagneticSample,
     PressureSample,
     SatelliteSample,
+    VelocitySample,
 )
 
-NO_VELOCITY = "MAVLink has no vertical velocity of the GPS: velocities are left out"
+NO_CLIMB = "MAVLink has no vertical velocity of the GPS: velocities are horizontal"
+NO_MOTION = 0xFFFF
+"""vel and cog where the receiver does not say."""
 MAG_UPDATED, PRESSURE_UPDATED = 0b111 << 6, 1 << 9
 """Bits of fields_updated of a HIGHRES_IMU."""
 
@@ -69,7 +71,7 @@ def imu(message: Any, stamp_ns: int) -> Iterator[Logged]:
 
 
 def gps(message: Any, stamp_ns: int) -> Iterator[Logged]:
-    """The fix of a GPS_RAW_INT (height above the sea) and its number of satellites."""
+    """The fix of a GPS_RAW_INT (height above the sea), its velocity and number of satellites."""
     place = (message.lat * 1e-7, message.lon * 1e-7, message.alt * 1e-3)
     accuracy_m = getattr(message, "h_acc", 0) * 1e-3 or math.nan
     fix = fix_sample(
@@ -80,6 +82,10 @@ def gps(message: Any, stamp_ns: int) -> Iterator[Logged]:
         vertical_accuracy_m=getattr(message, "v_acc", 0) * 1e-3 or math.nan,
     )
     yield Logged("fix", stamp_ns, fix)
+    if has_fix(message) and NO_MOTION not in (message.vel, message.cog):
+        speed, course = message.vel * 1e-2, math.radians(message.cog * 1e-2)
+        velocity = (speed * math.sin(course), speed * math.cos(course), math.nan)
+        yield Logged("velocity", stamp_ns, VelocitySample(stamp_ns, velocity))
     count = int(message.satellites_visible)
     if count != UNKNOWN_COUNT:
         yield Logged("satellites", stamp_ns, SatelliteSample(stamp_ns, count))

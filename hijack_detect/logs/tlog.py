@@ -38,13 +38,14 @@ class _Clock:
 def read(path: Path, wanted: Wanted, notes: Notes) -> Iterator[Logged]:
     """Read a log; see `Read`. Stamps are those of the autopilot, set by the ground station's clock.
 
-    There are no velocities, as `logs.mavlink` says.
+    Velocities have no vertical component, as `logs.mavlink` says. SYSTEM_TIME is no witness of the
+    clock's rate: an autopilot sets its UTC once and lets it run on its own clock.
     """
     from pymavlink import mavutil  # noqa: PLC0415  an extra
 
     if wanted.imu >= len(IMUS) or wanted.gps >= len(GPSS):
         raise BagError(f"{path}: telemetry has {len(IMUS)} IMUs and {len(GPSS)} GPS at most")
-    notes.said.append(mavlink.NO_VELOCITY)
+    notes.said.append(mavlink.NO_CLIMB)
     clock, system, taken = _Clock(), None, ""
     kinds, gps = IMUS[wanted.imu], GPSS[wanted.gps]
     log = mavutil.mavlogfile(str(path), robust_parsing=True)

@@ -206,7 +206,7 @@ class Bridge:
         self._say(
             "info", f"the autopilot is system {system}, component {component}: {autopilot}, {frame}"
         )
-        self._say("info", readings.NO_VELOCITY)
+        self._say("info", readings.NO_CLIMB)
         self.commander.introduce(kind)
 
     def _begin_afresh(self) -> None:

@@ -12,7 +12,7 @@ from hijack_detect.mavlink.bridge import Bridge
 from hijack_detect.mavlink.codec import Codec
 from hijack_detect.streams.samples import NANOSECONDS
 
-INPUTS = ("imu", "fix", "satellites", "mag", "pressure")
+INPUTS = ("imu", "fix", "velocity", "satellites", "mag", "pressure")
 MILLISECOND = 1_000_000
 
 

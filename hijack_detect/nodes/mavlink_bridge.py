@@ -1,11 +1,12 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Connects the monitor to an autopilot that speaks MAVLink, without mavros.
 
-Publishes imu/data_raw, gps/fix, gps/satellites, mag and pressure from the autopilot's messages,
-stamped with the time of measurement (TIMESYNC), and /diagnostics. There is no gps/vel: MAVLink has
-no vertical velocity of the receiver. Subscribes hijack_alert and fusion/verdict: an alert is told
-to the ground station (STATUSTEXT) and, if the parameter command says so, leads to one command to
-the autopilot (none, land, rtl, hold, user_1). Needs the extra mavlink (pymavlink, pyserial).
+Publishes imu/data_raw, gps/fix, gps/vel, gps/satellites, mag and pressure from the autopilot's
+messages, stamped with the time of measurement (TIMESYNC), and /diagnostics. The z of gps/vel is
+NaN: MAVLink has no vertical velocity of the receiver. Subscribes hijack_alert and fusion/verdict:
+an alert is told to the ground station (STATUSTEXT) and, if the parameter command says so, leads to
+one command to the autopilot (none, land, rtl, hold, user_1). Needs the extra mavlink (pymavlink,
+pyserial).
 """
 
 from __future__ import annotations

@@ -20,6 +20,7 @@ from hijack_detect.bags.errors import BagError
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.bags.samples import read_samples
 from hijack_detect.cli.analyze import EXIT_ALERT
+from hijack_detect.logs.dataflash import METRES_PER_HDOP
 from hijack_detect.logs.formats import Converted, as_bag, convert, is_log
 from hijack_detect.logs.logged import ATTITUDE, Wanted
 
@@ -68,6 +69,10 @@ def test_units_frames_and_stamps(name: str, tmp_path: Path) -> None:
         north, east, down = small_logs.VELOCITY_NED
         wanted = (east, north, -down)
         assert samples["velocity"][0].velocity == pytest.approx(wanted, abs=1e-5)
+    if name == "tlog":
+        speed = samples["velocity"][0]
+        assert speed.velocity[:2] == pytest.approx((0.0, 0.05), abs=1e-9)
+        assert not speed.has_vertical
     if name not in ("ros1", "sqlite"):
         assert samples["satellites"][0].count == 12
     if name in ("ulog", "dataflash", "tlog", "px4"):
@@ -81,12 +86,81 @@ def test_what_was_left_out_is_said(tmp_path: Path) -> None:
     for name, said in (
         ("ulog", "no subscription found for message id 99"),
         ("dataflash", "IMU number 1: another one is taken (250)"),
-        ("tlog", "velocities are left out"),
+        ("tlog", "velocities are horizontal"),
         ("ros1", "/a/words: std_msgs/msg/String is no input (5)"),
     ):
         folder = tmp_path / name
         folder.mkdir()
         assert any(said in line for line in imported(name, folder)[0].notes.lines())
+
+
+def test_a_dataflash_with_a_banner_and_without_climb_and_time_of_arrival_is_read(
+    tmp_path: Path,
+) -> None:
+    """As ArduPilot 3.1 wrote it to a terminal; the GPS has the receiver's time only."""
+    log = small_logs.dataflash(tmp_path / "flight.log")
+    text = log.read_text().replace("GPS, QBBIHBLLffff, TimeUS,I,", "GPS, BIHBLLfff, ")
+    text = text.replace(",GMS,GWk,", ",TimeMS,Week,").replace(",GCrs,VZ", ",GCrs")
+    down = small_logs.VELOCITY_NED[2]
+    lines = [
+        ", ".join(["GPS", *line.split(", ")[3:-1]]) if line.endswith(f", {down}") else line
+        for line in text.splitlines()
+    ]
+    log.write_text("\n".join(["ArduCopter V3.1", "", *lines]))
+    assert is_log(log)
+    convert(log, tmp_path / "out")
+    with BagReader(tmp_path / "out") as reader:
+        samples = list(read_samples(reader, reader.inputs()))
+    velocities = [one for name, one in samples if name == "velocity"]
+    imus = {one.stamp_ns for name, one in samples if name == "imu"}
+    assert len(velocities) == FIXES
+    assert not any(one.has_vertical for one in velocities)  # type: ignore[union-attr]
+    assert {one.stamp_ns for one in velocities} <= imus
+
+
+def test_a_dataflash_of_a_slow_clock_is_corrected(tmp_path: Path) -> None:
+    log = small_logs.dataflash(tmp_path / "flight.log")
+    lines = log.read_text().splitlines()
+    fast = [line for line in lines if line.startswith("FMT")]
+    for round_ in range(8):
+        for line in lines:
+            kind, at, *rest = line.split(", ")
+            if kind == "FMT":
+                continue
+            true_us = int(at) + round_ * small_logs.SECONDS * 1_000_000
+            own_us = round(true_us * 12 / 13)
+            if kind == "GPS":
+                rest[2] = str(true_us // 1000)
+            fast.append(", ".join([kind, str(own_us), *rest]))
+    log.write_text("\n".join(fast) + "\n")
+    done = convert(log, tmp_path / "out")
+    assert any("7.7 % slow" in line for line in done.notes.lines())
+    with BagReader(tmp_path / "out") as reader:
+        stamps = [
+            one.stamp_ns for name, one in read_samples(reader, reader.inputs()) if name == "imu"
+        ]
+    seconds = 8 * small_logs.SECONDS - 1 / small_logs.IMU_HZ
+    assert (stamps[-1] - stamps[0]) / 1e9 == pytest.approx(seconds, rel=1e-3)
+
+
+def test_accuracy_of_a_dataflash_comes_from_gpa_or_hdop(tmp_path: Path) -> None:
+    log = small_logs.dataflash(tmp_path / "flight.log")
+    text = (
+        log.read_text().replace("QBBIHBLLffff", "QBBIHBfLLffff").replace(",NSats,", ",NSats,HDop,")
+    )
+    text = text.replace(" 2288, 12, ", " 2288, 12, 0.9, ")
+    log.write_text(text)
+    convert(log, tmp_path / "hdop")
+    form = "FMT, 134, 20, GPA, QBffff, TimeUS,I,VDop,HAcc,VAcc,SAcc\n"
+    log.write_text(form + text.replace("\nMAG, ", "\nGPA, 1000000, 0, 1.2, 0.7, 1.1, 0.2\nMAG, "))
+    convert(log, tmp_path / "gpa")
+    found = []
+    for name in ("hdop", "gpa"):
+        with BagReader(tmp_path / name) as reader:
+            fixes = [one for of, one in read_samples(reader, reader.inputs()) if of == "fix"]
+        found.append((fixes[1].accuracy_m, fixes[1].vertical_accuracy_m))  # type: ignore[union-attr]
+    assert found[0] == (pytest.approx(0.9 * METRES_PER_HDOP), None)
+    assert found[1] == pytest.approx((0.7, 1.1))
 
 
 def test_another_imu_can_be_taken(tmp_path: Path) -> None:

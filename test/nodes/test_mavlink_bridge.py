@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
@@ -12,6 +13,7 @@ from typing import Any
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from geometry_msgs.msg import TwistStamped
 from live import stamp_ns, values_of
 from mavlink_peer import (
     BOOT_US,
@@ -49,6 +51,7 @@ SECOND = 1_000_000_000
 TOPICS = {
     "imu/data_raw": Imu,
     "gps/fix": NavSatFix,
+    "gps/vel": TwistStamped,
     "gps/satellites": UInt32,
     "mag": MagneticField,
     "pressure": FluidPressure,
@@ -199,6 +202,9 @@ def test_ardupilot_in_mavlink_1(fly: Fly) -> None:
     assert (rate.x, rate.y, rate.z) == pytest.approx((0.010, -0.020, 0.030))
     assert (imu.orientation_covariance[0], imu.header.frame_id) == (-1.0, "base_link")
     fix = heard["gps/fix"][-1]
+    linear = heard["gps/vel"][-1].twist.linear
+    assert (linear.x, linear.y) == pytest.approx((5.0, 0.0), abs=1e-9)
+    assert math.isnan(linear.z)
     assert (fix.latitude, fix.longitude, fix.altitude) == pytest.approx(
         (48.1234567, 11.2345678, 523.4)
     )
@@ -226,7 +232,7 @@ def test_ardupilot_in_mavlink_1(fly: Fly) -> None:
     assert values["autopilot"] == "1.1"
     assert abs(float(values["imu Hz"]) - 100.0) < 10.0
     assert flight.node.interrupt() == 0
-    assert "velocities are left out" in flight.node.output
+    assert "velocities are horizontal" in flight.node.output
     assert "the IMU is RAW_IMU" in flight.node.output
 
 
@@ -434,7 +440,7 @@ def as_messages(start_s: float, end_s: float) -> Callable[[Any], Schedule]:
                         round(fix.longitude_deg * 1e7),
                         round(fix.altitude_m * 1e3),
                     )
-                    gps = (at, 3, *place, 100, 100, 0, 0, count or 10)
+                    gps = (at, 3, *place, 100, 100, 0xFFFF, 0xFFFF, count or 10)
                     yield at, mavlink.MAVLink_gps_raw_int_message(*gps)
 
     return messages
