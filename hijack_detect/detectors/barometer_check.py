@@ -30,6 +30,8 @@ VERTICAL_OF_HORIZONTAL = 1.7
 """Vertical over horizontal deviation of a receiver under an open sky (VDOP over HDOP)."""
 LAG_NS = 2 * NANOSECONDS
 """A sluggish receiver's height is behind by as long: filters of old single-frequency receivers."""
+LEVEL_M = 1.0
+"""A barometer's noise moves by less within LAG_NS in level flight."""
 SETTLE_S = 60.0
 """A receiver that moved on the ground is judged so long after: the longest horizon."""
 AIRBORNE_M, MOVING_HEAD_M = 2.0, 0.2
@@ -265,7 +267,8 @@ class BarometerCheck:
 
     def _allowed(self, point: _Point, past: _Point) -> float:
         """What climb, speed and lag of the receiver explain of a change, metres."""
-        lag = self._p.lag_share * max(point.climbed, past.climbed)
+        climbed_m = max(point.climbed, past.climbed) - LEVEL_M
+        lag = self._p.lag_share * max(0.0, climbed_m)
         return lag + self._allowance(point.baro - past.baro, point.head - past.head)
 
     def _level(self, point: _Point, pasts: list[_Point | None]) -> float:

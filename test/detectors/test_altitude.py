@@ -134,7 +134,7 @@ def test_a_ramp_of_1_metre_per_second_against_the_barometer() -> None:
     assert 100.0 + 2.1 < alarm < 100.0 + 4.0
     last = verdicts[-1]
     assert last.state is State.ALARM
-    assert last.reason.startswith("barometer: GPS")
+    assert last.reason.startswith("The GPS")
     assert last.values["difference"] == pytest.approx(20.0, abs=0.5)
 
 
@@ -223,7 +223,7 @@ def test_an_hour_without_samples_is_no_change_within_a_minute() -> None:
     ]
     margins = [one.margin for one in run(before + after)]
     assert max(margins) < 0.5
-    assert margins[-1] < margins[len(margins) // 2 + 10]  # and it is followed
+    assert margins[-1] < 0.1  # a new reference
 
 
 def test_not_ready_until_the_reference_is_learnt() -> None:
@@ -278,7 +278,7 @@ def test_speed_and_a_climb_widen_the_limit_and_no_more_than_allowed() -> None:
         check.pressure(PressureSample(stamp, pascal(100.0)))
         speed = 100.0 if tick >= 50 else 0.0
         fix = FixSample(stamp, 48.0, 11.0, 100.0 + (8.0 if tick >= 50 else 0.0))
-        finding = check.fix(fix, VelocitySample(stamp, (speed, 0.0, 0.0)), frozen=False)
+        finding = check.fix(fix, VelocitySample(stamp, (speed, 0.0, 0.0)), airborne=True, frozen=False)
         margins.append(finding.margin if finding else 0.0)
     assert max(margins) == pytest.approx(8.0 / (2.5 * (3.0 + 1.2) + 3.0), abs=0.02)
 
