@@ -110,9 +110,7 @@ class AltitudeDetector:
         if self._imu_gate.blocked(stamp) is not None:
             inertial = None
         suspicious = inertial is not None and inertial.margin >= FREEZE_MARGIN
-        barometric = self._barometer.fix(
-            fix, velocity, airborne=self._airborne, frozen=suspicious
-        )
+        barometric = self._barometer.fix(fix, velocity, airborne=self._airborne, frozen=suspicious)
         values = self._values(barometric, inertial)
         if blocked is not None:
             return self._cannot(stamp, *blocked, values)

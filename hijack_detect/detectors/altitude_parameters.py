@@ -90,7 +90,7 @@ class AltitudeParameters(Parameters):
         high=1.0,
     )
     baro_total_m: float = param(
-        9.0,
+        12.0,
         "Largest normal distance of the difference from its slowly adapting reference. Raise it "
         "for receivers that see few satellites.",
         unit="m",

@@ -34,8 +34,6 @@ LEVEL_M = 1.0
 """A barometer's noise moves by less within LAG_NS in level flight."""
 SETTLE_S = 60.0
 """A receiver that moved on the ground is judged so long after: the longest horizon."""
-AIRBORNE_M, MOVING_HEAD_M = 2.0, 0.2
-"""Higher than this over where it began, or faster than 2 m/s, a vehicle flies."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,7 +151,7 @@ class BarometerCheck:
         at_ns = fix.stamp_ns - self._lag_ns
         baro = self._baro(at_ns)
         if baro is None:
-            self.why = "no pressure at the time of the fix"
+            self.why = f"less than {self._p.learn_s:g} s of GPS height and pressure"
             return None
         last = self._last
         if last is not None and fix.stamp_ns - last.t_ns > MAX_GAP_S * NANOSECONDS:
@@ -164,6 +162,9 @@ class BarometerCheck:
         if self._waits(point, pasts, airborne):
             self._learn(point)
             return None
+        if self._last is None:
+            self._last = point
+            pasts = [past.add(point) for past in self._past]
         if self._reference is None:
             self._learn(point)
             if self._reference is None:
@@ -310,6 +311,5 @@ class BarometerCheck:
                 best = Finding(
                     abs(change) / limit, f"{text} in {horizon:g} s (limit {limit / horizon:.2f})"
                 )
-        flies = point.baro - baro > AIRBORNE_M or point.head > MOVING_HEAD_M
-        self._learned.add(point.t_ns, level, moving=flies and best.margin < 1.0)
+        self._learned.add(point.t_ns, level, moving=best.margin < 1.0)
         return best
