@@ -62,7 +62,7 @@ class AltitudeParameters(Parameters):
         high=1.0,
     )
     baro_gain: float = param(
-        2.5,
+        3.0,
         "The part is so many times the largest change of the flight's past.",
         low=1.0,
         high=20.0,
