@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from hijack_detect.detectors.altitude_parameters import AltitudeParameters
 from hijack_detect.detectors.barometer_check import BarometerCheck, Finding
+from hijack_detect.detectors.flight_gate import FlightGate
 from hijack_detect.detectors.input_watch import InputWatch
 from hijack_detect.detectors.persistence import Persistence
 from hijack_detect.detectors.verdict import State, Verdict
@@ -13,6 +14,7 @@ from hijack_detect.streams.samples import (
     NANOSECONDS,
     AttitudeSample,
     FixSample,
+    PhaseSample,
     PressureSample,
     VelocitySample,
 )
@@ -20,15 +22,19 @@ from hijack_detect.streams.samples import (
 SAME_NS = NANOSECONDS // 20
 """A velocity belongs to a fix if their stamps are this close."""
 FREEZE_MARGIN = 0.5
+RAMP_S = 10.0
+"""`smallest_ramp` is the slowest that is seen within this time, s."""
 INERTIAL_ONLY = "no barometer, inertial check alone"
 
 
 class AltitudeDetector:
     """Judges every fix by the barometer, if there is one, and by the accelerometer.
 
-    The score is the larger margin of the two; each is in `values`, and the reason says which
-    decides. A barometer that was never heard is normal. One that stops is STALE, as is any
-    other input that was there and stops, unless the check that is left alarms.
+    The score is the larger margin of the two; each is in `values`, and so is the smallest step
+    and ramp of the height that the barometer would show now. A barometer that never came is
+    normal. One that stops is STALE, as is any other input that was there and stops, unless the
+    check that is left alarms. On the ground, in a hand and after a crash nothing is judged; an IMU
+    that cannot be used ends the inertial check alone.
     """
 
     NAME = "altitude"
@@ -37,6 +43,7 @@ class AltitudeDetector:
         """Start without history."""
         self._parameters = p = parameters
         self.inputs = {
+            "phase": p.patience_s,
             "attitude": p.patience_s,
             "pressure": p.sensor_patience_s,
             "velocity": p.sensor_patience_s,
@@ -49,12 +56,20 @@ class AltitudeDetector:
         self._watches: dict[str, InputWatch] = {}
         """Of the inputs that may be absent, by name, once they are there."""
         self._velocity: VelocitySample | None = None
+        self._gate, self._imu_gate = FlightGate(min_imu_hz=0.0), FlightGate()
+        self._airborne = True
 
     def update(
-        self, name: str, sample: AttitudeSample | PressureSample | VelocitySample | FixSample
+        self,
+        name: str,
+        sample: AttitudeSample | PressureSample | VelocitySample | FixSample | PhaseSample,
     ) -> Verdict | None:
         """Take the next sample in order of stamp; every fix gives a verdict."""
         stamp = sample.stamp_ns
+        if isinstance(sample, PhaseSample):
+            self._gate.update(sample)
+            self._imu_gate.update(sample)
+            return None
         if isinstance(sample, FixSample):
             if sample.has_fix:
                 self._required.see("fix", stamp)
@@ -68,6 +83,8 @@ class AltitudeDetector:
         else:
             self._seen("attitude", stamp)
             self._channel.attitude(sample)
+            if upside_down(sample):
+                self._barometer.restart()
         return self._silence(stamp) if self._required.due(stamp) else None
 
     def _seen(self, name: str, stamp_ns: int) -> None:
@@ -79,21 +96,34 @@ class AltitudeDetector:
         return self._cannot(stamp_ns, lost[0], lost[1], {})
 
     def _evaluate(self, fix: FixSample) -> Verdict:
+        stamp = fix.stamp_ns
+        if not fix.has_altitude:
+            return self._cannot(stamp, State.NOT_OBSERVABLE, "no GPS height", {})
         velocity = self._velocity
-        if velocity is not None and abs(velocity.stamp_ns - fix.stamp_ns) > SAME_NS:
+        if velocity is not None and abs(velocity.stamp_ns - stamp) > SAME_NS:
             velocity = None
+        blocked = self._gate.blocked(stamp)
+        if blocked is None and not self._airborne:
+            self._channel.forget()
+        self._airborne = blocked is None
         inertial = self._channel.fix(fix, velocity)
+        if self._imu_gate.blocked(stamp) is not None:
+            inertial = None
         suspicious = inertial is not None and inertial.margin >= FREEZE_MARGIN
-        barometric = self._barometer.fix(fix, velocity, suspicious)
+        barometric = self._barometer.fix(fix, velocity, airborne=self._airborne, frozen=suspicious)
         values = self._values(barometric, inertial)
-        lost = self._lost(fix.stamp_ns)
+        if blocked is not None:
+            return self._cannot(stamp, *blocked, values)
+        if self._barometer.settles:
+            return self._cannot(stamp, State.NOT_READY, self._barometer.why, values)
+        lost = self._lost(stamp)
         findings = [one for one in (barometric, inertial) if one is not None]
         margin = max((one.margin for one in findings), default=0.0)
         if lost is not None and margin < 1.0:
-            return self._cannot(fix.stamp_ns, State.STALE, lost, values)
+            return self._cannot(stamp, State.STALE, lost, values)
         if not findings:
-            return self._undecided(fix.stamp_ns, values)
-        return self._judge(fix.stamp_ns, barometric, inertial, values)
+            return self._undecided(stamp, values)
+        return self._judge(stamp, barometric, inertial, values)
 
     def _lost(self, stamp_ns: int) -> str | None:
         """What was there and has stopped."""
@@ -110,6 +140,8 @@ class AltitudeDetector:
         if barometric is not None:
             values["barometer_margin"] = barometric.margin
             values["barometer_limit"] = self._barometer.part
+            values["smallest_step"] = self._barometer.smallest(1.0)
+            values["smallest_ramp"] = self._barometer.smallest(RAMP_S) / RAMP_S
         if inertial is not None:
             values["inertial_margin"] = inertial.margin
             values["vertical_bias"] = self._channel.bias
@@ -118,12 +150,13 @@ class AltitudeDetector:
 
     def _undecided(self, stamp_ns: int, values: dict[str, float]) -> Verdict:
         if "pressure" in self._watches:
-            reason = f"less than {self._parameters.learn_s:g} s of GPS height and pressure"
-            return self._cannot(stamp_ns, State.NOT_READY, reason, values)
+            return self._cannot(stamp_ns, State.NOT_READY, self._barometer.why, values)
+        imu = self._imu_gate.blocked(stamp_ns)
+        why = self._channel.why if imu is None else imu[1]
         state = State.NOT_OBSERVABLE
-        if "attitude" not in self._watches or self._channel.learning:
+        if imu is None and ("attitude" not in self._watches or self._channel.learning):
             state = State.NOT_READY
-        return self._cannot(stamp_ns, state, f"no barometer, {self._channel.why}", values)
+        return self._cannot(stamp_ns, state, f"no barometer, {why}", values)
 
     def _cannot(
         self, stamp_ns: int, state: State, reason: str, values: dict[str, float]
@@ -138,12 +171,23 @@ class AltitudeDetector:
         inertial: Finding | None,
         values: dict[str, float],
     ) -> Verdict:
-        decides, by = barometric, "barometer"
+        decides = barometric
         if decides is None or (inertial is not None and inertial.margin > decides.margin):
-            decides, by = inertial, "accelerometer"
+            decides = inertial
         assert decides is not None
         state = self._persistence.state(stamp_ns, decides.margin >= 1.0)
-        reason = f"{by}: {decides.text}"
+        reason = decides.text
         if "pressure" not in self._watches:
             reason += f"; {INERTIAL_ONLY}"
         return Verdict(self.NAME, stamp_ns, state, decides.margin, 1.0, reason, values)
+
+
+def upside_down(sample: AttitudeSample) -> bool:
+    """Whether the antenna looks down, by the attitude and by the specific force alone.
+
+    The attitude may be wrong after an attack, and a vibrating accelerometer for a sample.
+    """
+    if sample.orientation is None:
+        return False
+    x, y, _, _ = sample.orientation
+    return x * x + y * y > 0.5 and sample.specific_force[2] < 0.0

@@ -62,13 +62,35 @@ class AltitudeParameters(Parameters):
         high=1.0,
     )
     baro_gain: float = param(
-        2.5,
+        3.0,
         "The part is so many times the largest change of the flight's past.",
         low=1.0,
         high=20.0,
     )
+    baro_ceiling: float = param(
+        2.0,
+        "The part is never more in flight, whatever the flight shows or the receiver claims: what "
+        "an attacker can gain by jamming or by training.",
+        low=1.0,
+        high=10.0,
+    )
+    poor_accuracy_m: float = param(
+        8.0,
+        "Vertical accuracy of a receiver (one standard deviation, its own claim) that is worth a "
+        "part of 1. In proportion for others.",
+        unit="m",
+        low=0.5,
+        high=100.0,
+    )
+    lag_share: float = param(
+        0.5,
+        "Share of what the vehicle climbed within 2 s that a receiver may lack since its filter "
+        "lags.",
+        low=0.0,
+        high=1.0,
+    )
     baro_total_m: float = param(
-        9.0,
+        12.0,
         "Largest normal distance of the difference from its slowly adapting reference. Raise it "
         "for receivers that see few satellites.",
         unit="m",

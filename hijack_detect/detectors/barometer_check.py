@@ -24,8 +24,16 @@ REFERENCE_S = 60.0
 KEPT_NS = 3 * NANOSECONDS
 """Pressures older than this have no fix left to belong to."""
 MAX_GAP_S = 2.0
-AIRBORNE_M, MOVING_HEAD_M = 2.0, 0.2
-"""Higher than this over where it began, or faster than 2 m/s, a vehicle flies."""
+"""After a longer gap in fixes or pressures everything is compared from then on: a receiver that
+comes back settles anew."""
+VERTICAL_OF_HORIZONTAL = 1.7
+"""Vertical over horizontal deviation of a receiver under an open sky (VDOP over HDOP)."""
+LAG_NS = 2 * NANOSECONDS
+"""A sluggish receiver's height is behind by as long: filters of old single-frequency receivers."""
+LEVEL_M = 1.0
+"""A barometer's noise moves by less within LAG_NS in level flight."""
+SETTLE_S = 60.0
+"""A receiver that moved on the ground is judged so long after: the longest horizon."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,13 +49,18 @@ class Finding:
 
 @dataclass(frozen=True, slots=True)
 class _Point:
-    """Height difference, height by velocity less barometer, barometer, dynamic head (m)."""
+    """Height difference, height by velocity less barometer, barometer, dynamic head (m).
+
+    `climbed` is by how much the barometer moved within LAG_S before: a receiver whose filter lags
+    may be off by it.
+    """
 
     t_ns: int
     difference: float
     summed: float
     baro: float
     head: float
+    climbed: float
 
 
 class _Past:
@@ -70,31 +83,52 @@ class _Past:
 class BarometerCheck:
     """Compares changes of GPS height with those of the barometer over 1 to 60 s, and in total.
 
-    Over a horizon of t seconds `baro_step_m + baro_wander_m √t` is normal for a poor receiver and
-    a barometer in the propellers' wash. In the air a good pair earns a part of that, see
-    `LearnedLevel`. More is normal where the vehicle climbed or changed its speed. The reference of
-    the total follows slowly, at most `reference_rate`, and not at all while anything is suspicious.
+    Over a horizon of t seconds `part (baro_step_m + baro_wander_m √t)` is normal. The part is what
+    receiver and barometer of this flight are worth, see `LearnedLevel`, and at least what the
+    receiver claims; it has bounds. More is normal where the vehicle climbed or changed its speed.
+    The reference of the total is the mean of the last seconds before the flight. It follows slowly,
+    at most `reference_rate`, and not at all while anything is suspicious.
+
+    On the ground nothing is judged. A receiver that has moved by more than a poor one does in
+    flight has not settled, and is judged SETTLE_S later.
     """
 
     def __init__(self, parameters: AltitudeParameters) -> None:
         """Start without a reference."""
-        self._p = parameters
+        self._p = p = parameters
         self._pressures: deque[tuple[int, float]] = deque()
-        self._lag_ns = round(parameters.gps_lag_s * NANOSECONDS)
-        self._learned = LearnedLevel(parameters.baro_floor, parameters.baro_gain)
-        self._past = [_Past(horizon) for horizon in HORIZONS_S]
-        self._learnt: list[_Point] = []
-        self._reference: tuple[float, float, float] | None = None
-        self._last: _Point | None = None
+        self._lag_ns = round(p.gps_lag_s * NANOSECONDS)
+        self._learned = LearnedLevel(p.baro_floor, p.baro_gain, p.baro_ceiling)
+        self._claimed = 0.0
+        self._settled_ns: int | None = None
         self._summed = 0.0
         self._interval_s = 0.0
         self.difference: float | None = None
         """GPS height less barometer less reference, metres."""
+        self.why = ""
+        """Why the last fix could not be judged."""
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget reference and past, as after a gap; what the receiver is worth is kept."""
+        self._past = [_Past(horizon) for horizon in HORIZONS_S]
+        self._recent: deque[_Point] = deque()
+        self._reference: tuple[float, float, float] | None = None
+        self._last: _Point | None = None
+
+    @property
+    def settles(self) -> bool:
+        """Whether nothing is judged since the receiver moved on the ground."""
+        return self._settled_ns is not None
 
     @property
     def part(self) -> float:
         """The present limits over the horizons as a part of those of a poor pair."""
-        return self._learned.part
+        return max(self._learned.part, self._claimed)
+
+    def smallest(self, horizon_s: float) -> float:
+        """Smallest change of the height, in level flight, that is seen over a horizon, metres."""
+        return self.part * self._full(horizon_s)
 
     def pressure(self, sample: PressureSample) -> None:
         """Take a pressure."""
@@ -102,27 +136,73 @@ class BarometerCheck:
         while self._pressures[0][0] < sample.stamp_ns - KEPT_NS:
             self._pressures.popleft()
 
-    def fix(self, fix: FixSample, velocity: VelocitySample | None, frozen: bool) -> Finding | None:
+    def fix(
+        self, fix: FixSample, velocity: VelocitySample | None, *, airborne: bool, frozen: bool
+    ) -> Finding | None:
         """Compare a fix; None while there is no reference or no pressure at its time.
 
         Args:
-            fix: A fix with a position.
+            fix: A fix with a height.
             velocity: The velocity of the same time, if there is one.
+            airborne: Whether the vehicle flies; otherwise the reference is learnt.
             frozen: Whether the reference must not follow, for a reason of the caller's.
         """
         self.difference = None
-        baro = self._baro(fix.stamp_ns - self._lag_ns)
+        at_ns = fix.stamp_ns - self._lag_ns
+        baro = self._baro(at_ns)
         if baro is None:
+            self.why = f"less than {self._p.learn_s:g} s of GPS height and pressure"
             return None
-        point = self._point(fix, velocity, baro)
+        last = self._last
+        if last is not None and fix.stamp_ns - last.t_ns > MAX_GAP_S * NANOSECONDS:
+            self.restart()
+        self._claim(fix)
+        point = self._point(fix, velocity, baro, at_ns)
         pasts = [past.add(point) for past in self._past]
-        if self._reference is None:
+        if self._waits(point, pasts, airborne):
             self._learn(point)
             return None
-        finding = self._judge(point, pasts, velocity is not None)
+        if self._last is None:
+            self._last = point
+            pasts = [past.add(point) for past in self._past]
+        if self._reference is None:
+            self._learn(point)
+            if self._reference is None:
+                self.why = f"less than {self._p.learn_s:g} s of GPS height and pressure"
+                return None
+        with_velocity = velocity is not None and velocity.has_vertical
+        finding = self._judge(point, pasts, with_velocity)
         if finding.margin < FREEZE_MARGIN and not frozen:
             self._follow(point)
         return finding
+
+    def _claim(self, fix: FixSample) -> None:
+        """The part that the receiver's own accuracy explains."""
+        claimed_m = fix.vertical_accuracy_m
+        if claimed_m is None and fix.accuracy_m is not None:
+            claimed_m = VERTICAL_OF_HORIZONTAL * fix.accuracy_m
+        self._claimed = min(self._p.baro_ceiling, (claimed_m or 0.0) / self._p.poor_accuracy_m)
+
+    def _waits(self, point: _Point, pasts: list[_Point | None], airborne: bool) -> bool:
+        """Whether the vehicle stands, or the receiver has not settled since."""
+        stamp_ns = point.t_ns
+        if not airborne:
+            self.why = "not in flight"
+            self._reference = None
+            if self._level(point, pasts) > 1.0:
+                self._settled_ns = stamp_ns + round(SETTLE_S * NANOSECONDS)
+            return True
+        if self._settled_ns is None:
+            return False
+        left_s = (self._settled_ns - stamp_ns) / NANOSECONDS
+        if left_s > 0.0:
+            self.why = f"the receiver had not settled before the flight, {left_s:.0f} s more"
+            return True
+        self._settled_ns = None
+        recent = self._recent
+        self.restart()
+        self._recent = recent
+        return False
 
     def _baro(self, at_ns: int) -> float | None:
         """Barometric height at a time, interpolated."""
@@ -138,73 +218,98 @@ class BarometerCheck:
             after = (stamp, height)
         return None
 
-    def _point(self, fix: FixSample, velocity: VelocitySample | None, baro: float) -> _Point:
+    def _point(
+        self, fix: FixSample, velocity: VelocitySample | None, baro: float, at_ns: int
+    ) -> _Point:
         last, head = self._last, 0.0
         if velocity is not None:
             head = math.hypot(*velocity.velocity[:2]) ** 2 / (2.0 * GRAVITY)
         if last is not None:
             self._interval_s = dt = (fix.stamp_ns - last.t_ns) / NANOSECONDS
-            if velocity is not None and dt <= MAX_GAP_S:
+            if velocity is not None and velocity.has_vertical:
                 self._summed += velocity.velocity[2] * dt - (baro - last.baro)
-        point = _Point(fix.stamp_ns, fix.altitude_m - baro, self._summed, baro, head)
+        near = [h for t, h in self._pressures if at_ns - LAG_NS <= t <= at_ns]
+        climbed = max(near, default=baro) - min(near, default=baro)
+        difference = fix.altitude_m - baro
+        point = _Point(fix.stamp_ns, difference, self._summed, baro, head, climbed)
         self._last = point
         return point
 
     def _learn(self, point: _Point) -> None:
-        self._learnt.append(point)
-        if point.t_ns - self._learnt[0].t_ns >= self._p.learn_s * NANOSECONDS:
-            n = len(self._learnt)
+        """Keep the last seconds; their mean is the reference once they are enough."""
+        kept = self._recent
+        if not kept or kept[-1].t_ns != point.t_ns:
+            kept.append(point)
+        learn_ns = self._p.learn_s * NANOSECONDS
+        while point.t_ns - kept[0].t_ns > learn_ns + NANOSECONDS:
+            kept.popleft()
+        if point.t_ns - kept[0].t_ns >= learn_ns:
+            n = len(kept)
             self._reference = (
-                math.fsum(one.difference for one in self._learnt) / n,
-                math.fsum(one.baro for one in self._learnt) / n,
-                math.fsum(one.head for one in self._learnt) / n,
+                math.fsum(one.difference for one in kept) / n,
+                math.fsum(one.baro for one in kept) / n,
+                math.fsum(one.head for one in kept) / n,
             )
-            self._learnt = []
 
     def _follow(self, point: _Point) -> None:
         assert self._reference is not None
         at, baro, head = self._reference
         step = (point.difference - at) / REFERENCE_S
         limit = self._p.reference_rate
-        # Over an outage it would go beyond what it follows.
-        at += max(-limit, min(limit, step)) * min(self._interval_s, MAX_GAP_S)
+        at += max(-limit, min(limit, step)) * self._interval_s
         self._reference = (at, baro, head)
+
+    def _full(self, horizon_s: float) -> float:
+        return self._p.baro_step_m + self._p.baro_wander_m * math.sqrt(horizon_s)
 
     def _allowance(self, climbed_m: float, head_m: float) -> float:
         speed = min(self._p.speed_error * abs(head_m), SPEED_ALLOWANCE_M)
         return self._p.height_scale * abs(climbed_m) + speed
+
+    def _allowed(self, point: _Point, past: _Point) -> float:
+        """What climb, speed and lag of the receiver explain of a change, metres."""
+        climbed_m = max(point.climbed, past.climbed) - LEVEL_M
+        lag = self._p.lag_share * max(0.0, climbed_m)
+        return lag + self._allowance(point.baro - past.baro, point.head - past.head)
+
+    def _level(self, point: _Point, pasts: list[_Point | None]) -> float:
+        """Largest change over any horizon, in limits of a poor pair."""
+        level = 0.0
+        for horizon, past in zip(HORIZONS_S, pasts, strict=True):
+            if past is not None:
+                full = self._full(horizon) + self._allowed(point, past)
+                level = max(level, abs(point.difference - past.difference) / full)
+        return level
 
     def _judge(self, point: _Point, pasts: list[_Point | None], with_velocity: bool) -> Finding:
         p = self._p
         assert self._reference is not None
         at, baro, head = self._reference
         self.difference = total = point.difference - at
-        limit = p.baro_total_m + self._allowance(point.baro - baro, point.head - head)
+        limit = p.baro_total_m * max(1.0, self.part)
+        limit += self._allowance(point.baro - baro, point.head - head)
         best = Finding(
             abs(total) / limit,
-            f"GPS height {total:+.1f} m off the barometer (limit {limit:.1f})",
+            f"The GPS height is {total:+.1f} m off the barometer (limit {limit:.1f})",
         )
-        level = 0.0
+        level = self._level(point, pasts)
         for index, (horizon, past) in enumerate(zip(HORIZONS_S, pasts, strict=True)):
             if past is None:
                 continue
-            full = p.baro_step_m + p.baro_wander_m * math.sqrt(horizon)
-            allowed = self._allowance(point.baro - past.baro, point.head - past.head)
+            full, allowed = self._full(horizon), self._allowed(point, past)
             limit = self.part * full + allowed
             change = point.difference - past.difference
-            level = max(level, abs(change) / (full + allowed))
             if abs(change) / limit > best.margin:
-                text = f"GPS height {change:+.1f} m against the barometer in {horizon:g} s"
-                best = Finding(abs(change) / limit, f"{text} (limit {limit:.1f})")
+                text = f"The GPS height moved by {change:+.1f} m against the barometer"
+                best = Finding(abs(change) / limit, f"{text} in {horizon:g} s (limit {limit:.1f})")
             if not with_velocity or index >= RATE_HORIZONS:
                 continue
             change = point.summed - past.summed
             level = max(level, abs(change) / (full + allowed))
             if abs(change) / limit > best.margin:
-                text = f"GPS climb rate {change / horizon:+.2f} m/s against the barometer"
+                text = f"The GPS climb rate is {change / horizon:+.2f} m/s off the barometer"
                 best = Finding(
                     abs(change) / limit, f"{text} in {horizon:g} s (limit {limit / horizon:.2f})"
                 )
-        flies = point.baro - baro > AIRBORNE_M or point.head > MOVING_HEAD_M
-        self._learned.add(point.t_ns, level, moving=flies and best.margin < 1.0)
+        self._learned.add(point.t_ns, level, moving=best.margin < 1.0)
         return best

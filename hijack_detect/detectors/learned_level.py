@@ -27,15 +27,21 @@ MAX_STEP_NS = NANOSECONDS
 class LearnedLevel:
     """Part of the full limits that applies now, between a floor and 1 in flight.
 
-    It starts at START, and is 1 (limits of poor receivers) after STARTED_NS of motion. Then it
-    falls towards `gain` times the largest level of the past. It rises slowly and never above 1,
-    so whoever trains it up stays below limits which are safe in any case, needs minutes for it,
-    and the part is published.
+    It starts at START, and is at most `ceiling` (the worst receiver that is flown with) after
+    STARTED_NS of motion. Then it falls towards `gain` times the largest level of the past, below 1
+    after NEEDED_NS. It rises slowly and never above the ceiling, so whoever trains it up stays
+    below limits which are safe in any case, needs minutes for it, and the part is published.
     """
 
-    def __init__(self, floor: float, gain: float) -> None:
-        """Nothing is learned yet."""
-        self._floor, self._gain = floor, gain
+    def __init__(self, floor: float, gain: float, ceiling: float = 1.0) -> None:
+        """Nothing is learned yet.
+
+        Args:
+            floor: Least part, below 1.
+            gain: The part is so many times the largest level.
+            ceiling: Largest part in flight, at least 1.
+        """
+        self._floor, self._gain, self._ceiling = floor, gain, ceiling
         self.part = START
         self._waiting: deque[tuple[int, float]] = deque()
         self._largest = 0.0
@@ -58,12 +64,13 @@ class LearnedLevel:
         self._moved_ns += passed_ns
         self._waiting.append((stamp_ns, level))
         if self._moved_ns >= STARTED_NS:
-            self.part = min(self.part, 1.0)
+            self.part = min(self.part, self._ceiling)
         self._largest *= 1.0 - FORGET_PER_S * passed_s
         while self._waiting and stamp_ns - self._waiting[0][0] > DELAY_NS:
             self._largest = max(self._largest, self._waiting.popleft()[1])
-        if self._moved_ns < NEEDED_NS:
+        if self._moved_ns < STARTED_NS:
             return
-        wanted = min(1.0, max(self._floor, self._gain * self._largest))
+        floor = self._floor if self._moved_ns >= NEEDED_NS else 1.0
+        wanted = min(self._ceiling, max(floor, self._gain * self._largest))
         lowest, highest = self.part - FALL_PER_S * passed_s, self.part + RISE_PER_S * passed_s
         self.part = max(lowest, min(highest, wanted))

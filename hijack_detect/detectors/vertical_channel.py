@@ -41,10 +41,10 @@ FROZEN_MARGIN = 0.7
 """From this margin on nothing is learnt of the scatter."""
 MEASURES = np.array([[1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 0.0]])
 WORDS = (
-    "vertical acceleration {size:+.2f} m/s² that the accelerometer did not feel",
-    "vertical velocity {size:+.1f} m/s that the accelerometer did not feel",
-    "height moves {size:+.1f} m/s without the vertical velocity",
-    "height jumped {size:+.1f} m",
+    "The GPS accelerates vertically by {size:+.2f} m/s² that the accelerometer does not feel",
+    "The GPS velocity changed by {size:+.1f} m/s upwards that the accelerometer did not feel",
+    "The GPS height moves at {size:+.1f} m/s without the vertical velocity",
+    "The GPS height jumped by {size:+.1f} m",
 )
 
 
@@ -116,6 +116,12 @@ class VerticalChannel:
         """Take an attitude with its specific force."""
         self._force.add(sample)
 
+    def forget(self) -> None:
+        """Forget the evidence of the past, as at take-off; what is learnt of the IMU is kept."""
+        self._bank = OnsetBank()
+        self._manoeuvres.clear()
+        self._scatter.forget_recent()
+
     def fix(self, fix: FixSample, velocity: VelocitySample | None) -> Finding | None:
         """Judge a fix with the velocity of the same time; None where it cannot be judged."""
         now = self._force.at(fix.stamp_ns - self._lag_ns)
@@ -125,6 +131,8 @@ class VerticalChannel:
             self._x = None
             self.why = self._force.why or "too little attitude"
             return None
+        if velocity is not None and not velocity.has_vertical:
+            velocity = None
         measured = np.array([fix.altitude_m, velocity.velocity[2] if velocity else 0.0])
         if self._x is None or before is None or not self._joined(before, now):
             self._restart(fix.stamp_ns, measured, velocity is not None)
@@ -206,4 +214,4 @@ class VerticalChannel:
             if one.score / limit > best[0]:
                 best = (one.score / limit, one, words)
         margin, one, words = best
-        return Finding(margin, f"{words.format(size=one.size)} in {one.age_s:.0f} s")
+        return Finding(margin, f"{words.format(size=one.size)} since {one.age_s:.0f} s")
