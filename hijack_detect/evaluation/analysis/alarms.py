@@ -117,7 +117,8 @@ class AlertSpans:
                 AlertSpan(since_ns, sys.maxsize, result.causes, result.confidence, result.reason)
             )
         elif self._before and not result.alert:
-            self._alerts[-1] = replace(self._alerts[-1], end_ns=result.stamp_ns)
+            ends_ns = max(result.stamp_ns, self._alerts[-1].start_ns)  # a clock may be set back
+            self._alerts[-1] = replace(self._alerts[-1], end_ns=ends_ns)
         self._before = result.alert
 
     def finish(self, end_ns: int) -> list[AlertSpan]:
