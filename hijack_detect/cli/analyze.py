@@ -90,8 +90,9 @@ def analyze(
             report.mkdir(parents=True, exist_ok=True)
         parameters, further = _parameters(policy, params, detectors)
         with as_bag(bag, Wanted(imu, gps, namespace), read_columns(columns)) as (given, converted):
-            for line in () if converted is None else converted.notes.lines():
-                click.echo(line, err=True)
+            if converted is not None and json_file is not None:  # else the summary has them
+                for line in converted.notes.lines():
+                    click.echo(line, err=True)
             made_from = None if converted is None else bag
             with BagReader(given, made_from=made_from) as reader:
                 notes = None if converted is None else converted.notes

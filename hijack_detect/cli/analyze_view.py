@@ -7,26 +7,32 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from hijack_detect.evaluation.analysis.analysis import Analysis, DetectorAnalysis, Outcome
-from hijack_detect.evaluation.analysis.sentence import duration, percent
+from hijack_detect.evaluation.analysis.analysis import Analysis, DetectorAnalysis
+from hijack_detect.evaluation.analysis.sentence import (
+    CLEAN,
+    OPEN,
+    SPOOFED,
+    duration,
+    found,
+    percent,
+)
 
-STYLES = {
-    Outcome.NO_ATTACK_NO_ALERT: "bold green",
-    Outcome.NO_ALERT_UNLABELLED: "bold green",
-    Outcome.NOT_JUDGED: "bold yellow",
-}
-"""All others are alerts or attacks."""
+STYLES = {SPOOFED: "bold red", CLEAN: "bold green", OPEN: "bold yellow"}
+MOST_TIMES = 8
+"""Repeated alarms that are listed."""
 
 
 def summary(analysis: Analysis) -> None:
     """Print the verdict with its cause, what each detector could tell, and what was left out."""
     console = Console()
-    console.print(Text(analysis.verdict, STYLES.get(analysis.outcome, "bold red")))
+    console.print(Text(analysis.verdict, STYLES[found(analysis)]))
     for alert in analysis.alerts:
         console.print(Text(f"Cause: {alert.cause}", "bold"))
-    if len(analysis.alarms) > 1:
-        times = ", ".join(f"{one.start_s:.1f} s" for one in analysis.alarms[1:])
-        console.print(Text(f"Taken back each time, it would have come again at {times}."))
+    again = analysis.alarms[1:]
+    if again:
+        times = ", ".join(f"{one.start_s:.1f} s" for one in again[:MOST_TIMES])
+        more = f" and {len(again) - MOST_TIMES} times more" if len(again) > MOST_TIMES else ""
+        console.print(Text(f"Taken back each time, it would have come again at {times}{more}."))
     for note in analysis.notes:
         console.print(Text(note, "yellow"))
     table = Table(title_justify="left")

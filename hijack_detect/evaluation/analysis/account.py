@@ -116,9 +116,7 @@ class Account:
         """
         self._fusion = fusion
         self._stale_ns = round(fusion.stale_s * NANOSECONDS)
-        self._spans = {
-            name: StateSpans(start_ns, self._stale_ns) for name in (MONITOR, *detectors)
-        }
+        self._spans = {name: StateSpans(start_ns, self._stale_ns) for name in (MONITOR, *detectors)}
         self._alerts, self._alarms = AlertSpans(), AlertSpans()
         self._again = Stage(lambda: TakenBack(fusion))
         self._air: list[tuple[int, int]] = []

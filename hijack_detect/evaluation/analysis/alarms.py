@@ -11,6 +11,9 @@ from hijack_detect.detectors.fusion import FusionResult
 from hijack_detect.detectors.verdict import State
 from hijack_detect.streams.samples import NANOSECONDS
 
+UNSAID = "no verdict yet"
+"""Reason of the time before the first verdict."""
+
 
 class Said(Protocol):
     """A verdict of a detector, or a result of the fusion."""
@@ -63,7 +66,7 @@ class StateSpans:
         """
         self._stale_ns = stale_ns
         self._closed: list[Span] = []
-        self._last = Span(State.NOT_READY, start_ns, sys.maxsize, "no verdict yet")
+        self._last = Span(State.NOT_READY, start_ns, sys.maxsize, UNSAID)
         """What holds since the last verdict, until it would go stale."""
 
     def add(self, said: Said) -> None:

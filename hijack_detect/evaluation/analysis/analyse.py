@@ -206,9 +206,7 @@ def skipped(flight: FlightNotes, monitor: Monitor, imported: Notes) -> dict[str,
     return dict(sorted(counts.items()))
 
 
-def _alerts(
-    alerts: Sequence[AlertSpan], seconds: Callable[[int], float]
-) -> tuple[Alert, ...]:
+def _alerts(alerts: Sequence[AlertSpan], seconds: Callable[[int], float]) -> tuple[Alert, ...]:
     return tuple(
         Alert(
             start_s=seconds(one.start_ns),

@@ -5,6 +5,25 @@ from __future__ import annotations
 
 from hijack_detect.evaluation.analysis.analysis import Analysis, Outcome
 
+SPOOFED, CLEAN, OPEN = "spoofed", "clean", "not judged"
+FOUND = {
+    Outcome.DETECTED: SPOOFED,
+    Outcome.MISSED: SPOOFED,
+    Outcome.LATE: SPOOFED,
+    Outcome.ALERT_UNLABELLED: SPOOFED,
+    Outcome.NO_ATTACK_NO_ALERT: CLEAN,
+    Outcome.NO_ALERT_UNLABELLED: CLEAN,
+    Outcome.NOT_JUDGED: OPEN,
+}
+"""What is to be thought of the GPS, by what is known of it, or else by what was found."""
+
+
+def found(analysis: Analysis) -> str:
+    """SPOOFED, CLEAN or OPEN: whether the GPS was spoofed, and not how well that was seen."""
+    if analysis.outcome is Outcome.FALSE_ALERT:
+        return CLEAN if analysis.spoof is None else SPOOFED
+    return FOUND[analysis.outcome]
+
 
 def sentence(analysis: Analysis) -> str:
     """Say what was found, when, and what it is worth where nothing was found."""

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from hijack_detect.detectors.likelihood import CARRY_OFF
 from hijack_detect.detectors.verdict import JUDGED
 from hijack_detect.evaluation.analysis.account import Account, Watched
-from hijack_detect.evaluation.analysis.alarms import Span
+from hijack_detect.evaluation.analysis.alarms import UNSAID, Span
 from hijack_detect.evaluation.analysis.analysis import Visible
 from hijack_detect.evaluation.analysis.times import Times
 
@@ -64,12 +64,10 @@ def not_judged(account: Account, watched: Watched, spans: Mapping[str, list[Span
     faults = {words: ns for words, ns in account.imu_faults.values()}
     if faults:
         return f"the IMU cannot be used: {max(faults, key=lambda words: faults[words])}"
-    reasons = [
-        f"{name}: {reason}"
-        for name in sorted(CARRY_OFF & spans.keys())
-        if (reason := _main_reason(spans[name], watched.in_air))
-    ]
-    why = f"no detector that could see a carry-off could tell ({'; '.join(reasons)})"
+    reasons = {name: _main_reason(spans[name], watched.in_air) for name in sorted(CARRY_OFF)}
+    given = [f"{name}: {why}" for name, why in reasons.items() if why != UNSAID]
+    told = "; ".join(given) or "none gave a verdict"
+    why = f"no detector that could see a carry-off could tell ({told})"
     others = sorted(
         name
         for name, told in watched.told.items()
@@ -92,8 +90,9 @@ def _main_reason(spans: Sequence[Span], in_air: Times) -> str:
     for span in spans:
         if span.state not in JUDGED:
             overlap = in_air & Times([(span.start_ns, span.end_ns)])
-            lasted[span.reason] += round(overlap.seconds * 1e6)
-    return lasted.most_common(1)[0][0] if lasted.total() else ""
+            if overlap.intervals:
+                lasted[span.reason] += round(overlap.seconds * 1e6)
+    return max(lasted, key=lambda reason: (reason != UNSAID, lasted[reason]), default=UNSAID)
 
 
 def sensor_notes(account: Account, duration_s: float) -> Iterator[str]:
