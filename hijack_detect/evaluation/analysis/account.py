@@ -194,7 +194,7 @@ class Account:
         )
 
     def _visible_spans(self, end_ns: int) -> list[tuple[int, int, float]]:
-        ends = [*self._visible_ns[1:], end_ns]
+        ends = [*self._visible_ns, end_ns][1:]
         return [
             (start, min(end, start + self._stale_ns), least)
             for start, end, least in zip(self._visible_ns, ends, self._visible, strict=True)

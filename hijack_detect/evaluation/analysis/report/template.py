@@ -80,7 +80,7 @@ PAGE = Template("""<!DOCTYPE html>
 <p class="soft">GPS spoofing analysis</p>
 <h1>$title</h1>
 <section id="verdict" class="$mood">
-<p><span class="found">$found</span>$verdict</p>
+<p><span class="found">$found</span><span class="said">$verdict</span></p>
 $causes
 <dl>$facts</dl>
 <ul class="soft"$noted>$notes</ul>
