@@ -2,7 +2,7 @@
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
-.PHONY: help setup setup-test demo test lint format bench pythons fuzz coverage lock clean
+.PHONY: help setup setup-test demo test corpus lint format bench pythons fuzz coverage lock clean
 
 # A sourced ROS installation must not mix with the ROS of .venv.
 unexport PYTHONPATH PYTHONHOME LD_LIBRARY_PATH _ROS_WHEELS_BOOTSTRAP_COMPLETE VIRTUAL_ENV
@@ -33,6 +33,10 @@ demo: setup ## Replay a spoofed flight and show the alert.
 
 test: lint ## Check style and types, then run all tests.
 	@.venv/bin/python -m pytest -n logical --dist worksteal
+
+corpus: setup-test ## Hold the alerts on all recorded flights of ../shared (several minutes).
+	@HIJACK_CORPUS=all .venv/bin/python -m pytest -n logical --dist worksteal \
+		test/evaluation/scores/test_recorded_flights.py
 
 lint: setup-test ## Check style and types.
 	@.venv/bin/ruff check .

@@ -19,10 +19,13 @@ from hijack_detect.streams.samples import NANOSECONDS
 if TYPE_CHECKING:
     from hijack_detect.bags.reader import BagReader
     from hijack_detect.evaluation.analysis.analyse import Analysed
+    from hijack_detect.evaluation.analysis.analysis import Analysis
     from hijack_detect.evaluation.monitor.graph import Baselines, MonitorParameters
+    from hijack_detect.logs.logged import Notes
     from hijack_detect.spoofing.scenario import Scenario
 
 EXIT_ALERT = 10
+EXIT_NOT_JUDGED = 3
 STDOUT = Path("-")
 
 
@@ -70,8 +73,9 @@ def analyze(
     the ground truth's in the bag, or that of label.json beside it. The JSON is described by
     docs/analysis.schema.json.
 
-    Exits with 0 if there was no alert, with 10 if there was one, and with 2 if the input cannot
-    be used.
+    Exits with 0 if there was no alert, with 10 if there was one, with 3 if there was none and
+    nothing could have seen a carry-off (the first sentence says why), and with 2 if the input
+    cannot be used.
     """
     from hijack_detect.bags.reader import BagReader  # noqa: PLC0415  slow to load
     from hijack_detect.cli.analyze_view import summary  # noqa: PLC0415
@@ -86,11 +90,13 @@ def analyze(
             report.mkdir(parents=True, exist_ok=True)
         parameters, further = _parameters(policy, params, detectors)
         with as_bag(bag, Wanted(imu, gps, namespace), read_columns(columns)) as (given, converted):
-            for line in () if converted is None else converted.notes.lines():
-                click.echo(line, err=True)
+            if converted is not None and json_file is not None:  # else the summary has them
+                for line in converted.notes.lines():
+                    click.echo(line, err=True)
             made_from = None if converted is None else bag
             with BagReader(given, made_from=made_from) as reader:
-                done = _analysed(reader, attack, parameters, further, report)
+                notes = None if converted is None else converted.notes
+                done = _analysed(reader, attack, parameters, further, notes, report)
         text = done.analysis.model_dump_json(indent=2)
         if json_file is not None and json_file != STDOUT:
             json_file.write_text(text + "\n", encoding="utf-8")
@@ -106,7 +112,14 @@ def analyze(
         click.echo(text.encode())
     elif json_file is None:
         summary(done.analysis)
-    sys.exit(EXIT_ALERT if done.analysis.alerts else 0)
+    sys.exit(exit_code(done.analysis))
+
+
+def exit_code(analysis: Analysis) -> int:
+    """The exit code that says what was found."""
+    if analysis.alerts:
+        return EXIT_ALERT
+    return 0 if analysis.not_judged is None else EXIT_NOT_JUDGED
 
 
 def _parameters(
@@ -129,6 +142,7 @@ def _analysed(
     attack: Scenario | None,
     parameters: MonitorParameters,
     further: Baselines,
+    notes: Notes | None,
     report: Path | None,
 ) -> Analysed:
     """Run the analysis, and write the report if one is wanted."""
@@ -146,7 +160,15 @@ def _analysed(
                 done_s((sample.stamp_ns - reader.start_ns) / NANOSECONDS)
 
         hear = None if recorder is None else recorder.hear
-        done = analyse(reader, parameters, attack, further=further, on_sample=take, on_output=hear)
+        done = analyse(
+            reader,
+            parameters,
+            attack,
+            further=further,
+            imported=notes,
+            on_sample=take,
+            on_output=hear,
+        )
     if report is not None and recorder is not None:
         from hijack_detect.evaluation.analysis.report.page import write_page  # noqa: PLC0415
 

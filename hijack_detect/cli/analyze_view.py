@@ -7,41 +7,52 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from hijack_detect.detectors.verdict import JUDGED
-from hijack_detect.evaluation.analysis.analysis import Analysis, DetectorAnalysis, Outcome
+from hijack_detect.evaluation.analysis.analysis import Analysis, DetectorAnalysis
+from hijack_detect.evaluation.analysis.sentence import (
+    CLEAN,
+    OPEN,
+    SPOOFED,
+    duration,
+    found,
+    percent,
+)
 
-STYLES = {
-    Outcome.DETECTED: "bold green",
-    Outcome.NO_ATTACK_NO_ALERT: "bold green",
-    Outcome.NO_ALERT_UNLABELLED: "bold green",
-}
-"""All others are what a person has to look at."""
+STYLES = {SPOOFED: "bold red", CLEAN: "bold green", OPEN: "bold yellow"}
+MOST_TIMES = 8
+"""Repeated alarms that are listed."""
 
 
 def summary(analysis: Analysis) -> None:
-    """Print the verdict, what each detector said, and what was left out."""
+    """Print the verdict with its cause, what each detector could tell, and what was left out."""
     console = Console()
-    console.print(Text(analysis.verdict, STYLES.get(analysis.outcome, "bold red")))
+    console.print(Text(analysis.verdict, STYLES[found(analysis)]))
     for alert in analysis.alerts:
-        console.print(Text(f"Cause: {alert.cause}"))
+        console.print(Text(f"Cause: {alert.cause}", "bold"))
+    again = analysis.alarms[1:]
+    if again:
+        times = ", ".join(f"{one.start_s:.1f} s" for one in again[:MOST_TIMES])
+        more = f" and {len(again) - MOST_TIMES} times more" if len(again) > MOST_TIMES else ""
+        console.print(Text(f"Taken back each time, it would have come again at {times}{more}."))
+    for note in analysis.notes:
+        console.print(Text(note, "yellow"))
     table = Table(title_justify="left")
     table.add_column("detector")
     for column in ("could tell", "alarms", "first alarm", "largest margin", "at"):
         table.add_column(column, justify="right")
     for name, said in analysis.detectors.items():
-        table.add_row(name, *_cells(said))
+        table.add_row(name, *_cells(said, analysis.in_air_s))
     console.print(table)
-    bag = f"{analysis.bag}, {analysis.duration_s:.0f} s, policy {analysis.policy}"
-    console.print(Text(f"{bag}. A margin above 1 is over the threshold."), style="dim")
+    lasted = f"{duration(analysis.duration_s)}, {duration(analysis.in_air_s)} in the air"
+    bag = f"{analysis.bag}: {lasted}, policy {analysis.policy}"
+    explained = "Could tell: share of the time in the air. A margin above 1 is over the threshold."
+    console.print(Text(f"{bag}. {explained}"), style="dim")
     for reason, number in analysis.skipped.items():
         console.print(Text(f"{number} messages left out: {reason}", "yellow"))
 
 
-def _cells(said: DetectorAnalysis) -> tuple[str, ...]:
-    told = sum(said.state_s[state] for state in JUDGED)
-    whole = sum(said.state_s.values())
+def _cells(said: DetectorAnalysis, in_air_s: float) -> tuple[str, ...]:
     first = f"{said.alarms[0].start_s:.1f} s" if said.alarms else "–"
     peak = said.largest_margin
     margin = ("–", "–") if peak is None else (f"{peak.margin:.2f}", f"{peak.at_s:.1f} s")
-    part = f"{100.0 * told / whole:.0f} %" if whole > 0.0 else "–"
+    part = f"{percent(said.told_s, in_air_s):.0f} %" if in_air_s > 0.0 else "–"
     return part, str(len(said.alarms)), first, *margin

@@ -17,9 +17,12 @@ from hijack_detect.evaluation.scores.evaluation_tables import (
     detection_table,
     error_table,
 )
+from hijack_detect.evaluation.scores.watch_tables import watch_tables
 
 PIPE_WIDTH = 120
 """Columns of a table that is not shown in a terminal, at least."""
+TEXTS = frozenset({"class", "vehicle", "cause"})
+"""Columns of words."""
 METHOD_WIDTH = 18
 """Columns that a method needs."""
 
@@ -34,6 +37,8 @@ def tables(evaluation: Evaluation) -> None:
         highlight=False,
         soft_wrap=True,
     )
+    for made in watch_tables(evaluation):
+        console.print(drawn(made))
     if evaluation.flights:
         for table in (correct_table, error_table, detection_table):
             console.print(drawn(table(evaluation)))
@@ -48,7 +53,8 @@ def drawn(table: TextTable) -> Table:
     """A table of the evaluation as rich draws it."""
     drawn = Table(title=table.title, title_justify="left")
     for number, name in enumerate(table.columns):
-        drawn.add_column(name, justify="right" if number else "left", no_wrap=not number)
+        text = name in TEXTS or not number
+        drawn.add_column(name, justify="left" if text else "right", no_wrap=not number)
     for row in table.rows:
         drawn.add_row(*row)
     return drawn

@@ -66,6 +66,7 @@ def test_an_alert_is_exit_code_10_and_json_is_alone_on_stdout(policy: str) -> No
 def test_without_json_it_says_the_verdict_and_shows_the_detectors() -> None:
     printed, told = analyze(STRAIGHT, code=0)
     assert printed.startswith("No ")
+    assert "in the air a pull of" in printed
     assert "correlation" in printed
     assert "largest margin" in printed
     assert "straight_3" in printed
@@ -99,11 +100,13 @@ def test_refused_messages_are_counted_and_told_on_stderr(tmp_path: Path) -> None
         ImuSample(START_NS + STEP_NS // 2, (0.0, 0.0, 0.0), (math.inf, 0.0, 9.8)),
     )
     bag = write(tmp_path / "bad", sorted([*flight(6.0), bad], key=lambda one: one.log_ns))
-    printed, told = analyze(bag, "--json", "-", code=0)
+    printed, told = analyze(bag, "--json", "-", code=3)
     reason = "/imu/data_raw: linear_acceleration.x out of range"
     assert json.loads(printed)["skipped"] == {reason: 1}
     assert "1 refused" in told
-    assert reason in analyze(bag, code=0)[0]
+    printed, _ = analyze(bag, code=3)
+    assert printed.startswith("The flight could not be judged: ")
+    assert reason in printed
 
 
 @pytest.mark.slow

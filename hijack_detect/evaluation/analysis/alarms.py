@@ -11,6 +11,9 @@ from hijack_detect.detectors.fusion import FusionResult
 from hijack_detect.detectors.verdict import State
 from hijack_detect.streams.samples import NANOSECONDS
 
+UNSAID = "no verdict yet"
+"""Reason of the time before the first verdict."""
+
 
 class Said(Protocol):
     """A verdict of a detector, or a result of the fusion."""
@@ -63,7 +66,7 @@ class StateSpans:
         """
         self._stale_ns = stale_ns
         self._closed: list[Span] = []
-        self._last = Span(State.NOT_READY, start_ns, sys.maxsize, "no verdict yet")
+        self._last = Span(State.NOT_READY, start_ns, sys.maxsize, UNSAID)
         """What holds since the last verdict, until it would go stale."""
 
     def add(self, said: Said) -> None:
@@ -117,7 +120,8 @@ class AlertSpans:
                 AlertSpan(since_ns, sys.maxsize, result.causes, result.confidence, result.reason)
             )
         elif self._before and not result.alert:
-            self._alerts[-1] = replace(self._alerts[-1], end_ns=result.stamp_ns)
+            ends_ns = max(result.stamp_ns, self._alerts[-1].start_ns)  # a clock may be set back
+            self._alerts[-1] = replace(self._alerts[-1], end_ns=ends_ns)
         self._before = result.alert
 
     def finish(self, end_ns: int) -> list[AlertSpan]:

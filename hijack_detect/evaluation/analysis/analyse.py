@@ -4,13 +4,13 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from hijack_detect.bags.reader import BagReader
-from hijack_detect.detectors.verdict import JUDGED, State, Verdict
-from hijack_detect.evaluation.analysis.account import MONITOR, Account
+from hijack_detect.detectors.verdict import State, Verdict
+from hijack_detect.evaluation.analysis.account import Account, Watched
 from hijack_detect.evaluation.analysis.alarms import AlertSpan, Span
 from hijack_detect.evaluation.analysis.analysis import (
     Alert,
@@ -22,10 +22,18 @@ from hijack_detect.evaluation.analysis.analysis import (
     Spoof,
 )
 from hijack_detect.evaluation.analysis.sentence import sentence
+from hijack_detect.evaluation.analysis.times import Times
+from hijack_detect.evaluation.analysis.worth import (
+    not_judged,
+    sensor_notes,
+    visible,
+    visible_steps,
+)
 from hijack_detect.evaluation.ground_truth.outcome import Attack
 from hijack_detect.evaluation.ground_truth.truth import Source, known_attack, truth_track
 from hijack_detect.evaluation.monitor.graph import Baselines, Monitor, MonitorParameters
 from hijack_detect.evaluation.monitor.offline import FlightNotes, outputs_of, spoofed_samples
+from hijack_detect.logs.logged import Notes
 from hijack_detect.spoofing.scenario import Scenario
 from hijack_detect.streams.samples import NANOSECONDS, Sample
 
@@ -63,6 +71,7 @@ def analyse(
     scenario: Scenario | None = None,
     *,
     further: Baselines | None = None,
+    imported: Notes | None = None,
     on_sample: Callable[[Sample], None] | None = None,
     on_output: Callable[[str, Any], None] | None = None,
 ) -> Analysed:
@@ -73,6 +82,7 @@ def analyse(
         parameters: Parameters of the monitor.
         scenario: An attack to inject, if any.
         further: Further detectors, see `Monitor`.
+        imported: What was noted when the bag was made of a log.
         on_sample: Called with every sample.
         on_output: Called with part and output of everything that any part puts out: verdicts
             are not kept, for no flight is too long to be analysed.
@@ -84,18 +94,28 @@ def analyse(
     attack, source = known_attack(reader, scenario)
     truth = truth_track(reader) if scenario is None else None
     flight, monitor = FlightNotes(reader.start_ns), Monitor(parameters, further)
-    stale_ns = round(parameters.fusion.stale_s * NANOSECONDS)
-    account = Account(monitor.detectors, reader.start_ns, stale_ns)
+    account = Account(monitor.detectors, parameters.fusion, reader.start_ns)
+
+    def take(sample: Sample) -> None:
+        account.take(sample)
+        if on_sample is not None:
+            on_sample(sample)
+
     samples = spoofed_samples(reader, scenario, flight, truth=truth)
-    for part, output in outputs_of(samples, monitor, on_sample=on_sample):
+    for part, output in outputs_of(samples, monitor, on_sample=take):
         account.hear(part, output)
         if on_output is not None:
             on_output(part, output)
 
     end_ns = max(reader.end_ns, account.newest_ns)
-    spans, alerts = account.spans(end_ns), account.alerts(end_ns)
+    spans, watched = account.finish(end_ns)
+    alerts = account.alerts(end_ns)
     hit = first_hit(alerts, attack)
+    unjudged = not_judged(account, watched, spans)
     outcome = outcome_of(alerts, attack, labelled=source is not None)
+    if unjudged is not None and outcome in QUIET:
+        outcome = Outcome.NOT_JUDGED
+    notes = Notes() if imported is None else imported
 
     def seconds(stamp_ns: int) -> float:
         return _seconds(stamp_ns, reader.start_ns)
@@ -108,21 +128,23 @@ def analyse(
         policy=parameters.fusion.policy,
         outcome=outcome,
         verdict="",
-        alerts=tuple(
-            Alert(
-                start_s=seconds(one.start_ns),
-                end_s=seconds(one.end_ns),
-                detectors=one.detectors,
-                confidence=one.confidence,
-                cause=one.cause,
-            )
-            for one in alerts
-        ),
+        not_judged=unjudged,
+        alerts=_alerts(alerts, seconds),
+        alarms=_alerts(account.alarms(end_ns), seconds),
         detectors={
-            name: _detector(account.peaks.get(name), spans[name], seconds)
+            name: _detector(
+                account.peaks.get(name),
+                spans[name],
+                (watched.in_air & watched.told[name]).seconds,
+                seconds,
+            )
             for name in monitor.detectors
         },
-        judged_s=round(sum(one.seconds for one in spans[MONITOR] if one.state in JUDGED), 6),
+        in_air_s=watched.in_air.seconds,
+        judged_s=(watched.in_air & watched.carry_off).seconds,
+        at_risk_s=at_risk(watched, alerts).seconds,
+        visible=visible(watched),
+        visible_steps=tuple(visible_steps(watched)),
         spoof=_spoof(attack, source, flight, seconds),
         time_to_detect_s=(
             None if hit is None or attack is None else _seconds(hit.start_ns, attack.onset_ns)
@@ -130,10 +152,21 @@ def analyse(
         deviation_at_alarm_m=(
             None if hit is None or not flight.separations else flight.separation_at(hit.start_ns)
         ),
-        skipped=skipped(flight, monitor),
+        skipped=skipped(flight, monitor, notes),
+        notes=(*notes.said, *sensor_notes(account, reader.duration_s)),
     )
     analysis = draft.model_copy(update={"verdict": sentence(draft)})
     return Analysed(analysis, flight, parameters, attack, alerts, spans, end_ns)
+
+
+QUIET = frozenset({Outcome.NO_ATTACK_NO_ALERT, Outcome.NO_ALERT_UNLABELLED})
+"""Outcomes that would comfort: where nothing could be judged, it is NOT_JUDGED instead."""
+
+
+def at_risk(watched: Watched, alerts: Sequence[AlertSpan]) -> Times:
+    """The time in the air in which an alert was possible, until the first one."""
+    possible = watched.in_air & watched.alertable
+    return possible.before(alerts[0].start_ns) if alerts else possible
 
 
 def first_hit(alerts: list[AlertSpan], attack: Attack | None) -> AlertSpan | None:
@@ -157,14 +190,15 @@ def outcome_of(alerts: list[AlertSpan], attack: Attack | None, *, labelled: bool
     return Outcome.LATE if ended else Outcome.DETECTED
 
 
-def skipped(flight: FlightNotes, monitor: Monitor) -> dict[str, int]:
-    """Messages that were left out, by reason: refused for a value, or for their stamp.
+def skipped(flight: FlightNotes, monitor: Monitor, imported: Notes) -> dict[str, int]:
+    """Messages that were left out, by reason: at import, for a value, or for their stamp.
 
     Several parts may refuse the same sample for its stamp; it counts once.
     """
     counts = Counter(
         {f"{topic}: {name} out of range": n for (topic, name), n in flight.rejected.counts.items()}
     )
+    counts.update(imported.skipped)
     for part, stage in monitor.stages.items():
         if part != "fusion":
             for reason, number in stage.refused.items():
@@ -172,8 +206,21 @@ def skipped(flight: FlightNotes, monitor: Monitor) -> dict[str, int]:
     return dict(sorted(counts.items()))
 
 
+def _alerts(alerts: Sequence[AlertSpan], seconds: Callable[[int], float]) -> tuple[Alert, ...]:
+    return tuple(
+        Alert(
+            start_s=seconds(one.start_ns),
+            end_s=seconds(one.end_ns),
+            detectors=one.detectors,
+            confidence=one.confidence,
+            cause=one.cause,
+        )
+        for one in alerts
+    )
+
+
 def _detector(
-    peak: Verdict | None, spans: list[Span], seconds: Callable[[int], float]
+    peak: Verdict | None, spans: list[Span], told_s: float, seconds: Callable[[int], float]
 ) -> DetectorAnalysis:
     """Alarms, seconds in each state, and the largest margin of one detector."""
     state_s = dict.fromkeys(State, 0.0)
@@ -186,6 +233,7 @@ def _detector(
             if span.state is State.ALARM
         ),
         state_s={state: round(seconds_in, 6) for state, seconds_in in state_s.items()},
+        told_s=told_s,
         largest_margin=(
             None
             if peak is None

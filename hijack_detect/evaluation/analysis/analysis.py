@@ -23,6 +23,8 @@ class Outcome(enum.Enum):
     - no_attack_no_alert: the flight is known to be clean, and there was no alert.
     - alert_unlabelled: an alert, and nothing is known of an attack.
     - no_alert_unlabelled: no alert, and nothing is known of an attack.
+    - not_judged: no alert, no attack that is known, and nothing could have seen one; `not_judged`
+      says why.
     """
 
     DETECTED = "detected"
@@ -32,6 +34,7 @@ class Outcome(enum.Enum):
     NO_ATTACK_NO_ALERT = "no_attack_no_alert"
     ALERT_UNLABELLED = "alert_unlabelled"
     NO_ALERT_UNLABELLED = "no_alert_unlabelled"
+    NOT_JUDGED = "not_judged"
 
 
 class _Model(BaseModel):
@@ -76,8 +79,19 @@ class DetectorAnalysis(_Model):
     """Times in the state `alarm`."""
     state_s: dict[State, float]
     """Seconds in each state; together they are the flight."""
+    told_s: float = Field(ge=0.0)
+    """Seconds in the air in which it could tell."""
     largest_margin: Peak | None
     """Null for a detector that could never tell."""
+
+
+class Visible(_Model):
+    """For how long a pull would have been seen: an offset of the GPS that accelerates steadily."""
+
+    acceleration: float = Field(gt=0.0)
+    """Acceleration in m/s²."""
+    time_s: float = Field(ge=0.0)
+    """Seconds in the air in which `coast` claimed to see so much, and all that is larger."""
 
 
 class Spoof(_Model):
@@ -99,7 +113,7 @@ class Analysis(_Model):
     A message is placed by its header stamp, and the first message by its log time.
     """
 
-    version: Literal[1] = 1
+    version: Literal[2] = 2
     """Version of this format; it grows when a field changes its meaning or is taken away."""
     bag: str
     """The bag, as it was named."""
@@ -115,12 +129,24 @@ class Analysis(_Model):
     """How the alerts compare with what is known of the attack."""
     verdict: str
     """The outcome in one sentence."""
+    not_judged: str | None
+    """Why nothing could have seen a carry-off; null if something could."""
     alerts: tuple[Alert, ...]
     """All alerts. One is latched: it lasts to the end of the bag."""
+    alarms: tuple[Alert, ...]
+    """All alerts that there are if each is taken back once its causes have been quiet."""
     detectors: dict[str, DetectorAnalysis]
     """What each detector said, by name."""
-    judged_s: float
-    """Seconds in which at least one detector could tell, and none was silent."""
+    in_air_s: float = Field(ge=0.0)
+    """Seconds in the air."""
+    judged_s: float = Field(ge=0.0)
+    """Seconds in the air in which a detector could tell that could see a carry-off."""
+    at_risk_s: float = Field(ge=0.0)
+    """Seconds in the air in which an alert was possible, until the first alert."""
+    visible: Visible | None
+    """What a clean verdict is worth, see docs/analyze-a-log.md; null if `coast` could not tell."""
+    visible_steps: tuple[Visible, ...]
+    """The same for pulls of other sizes."""
     spoof: Spoof | None
     """The attack, null if there is none or none is known; `outcome` says which."""
     time_to_detect_s: float | None
@@ -129,6 +155,8 @@ class Analysis(_Model):
     """Distance of the reported from the true position at that alert, if it is known."""
     skipped: dict[str, int]
     """Number of messages that were left out, by reason."""
+    notes: tuple[str, ...]
+    """What is odd about the sensors and their clocks, a sentence each."""
 
 
 def schema_text() -> str:

@@ -3,19 +3,27 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Callable, Sequence
 from functools import partial
 
 from hijack_detect import __version__
-from hijack_detect.evaluation.monitor.graph import MonitorParameters
+from hijack_detect.evaluation.analysis.account import Account
+from hijack_detect.evaluation.monitor.graph import DETECTORS, MonitorParameters
 from hijack_detect.evaluation.scores.forged import ForgedData
 from hijack_detect.evaluation.scores.forging_time import ForgingTime, forging_times
 from hijack_detect.evaluation.scores.methods import BASELINES, FAITHFUL_KLD, judge_case
 from hijack_detect.evaluation.scores.metrics import FlightOutcome, MethodSummary, summarise
 from hijack_detect.evaluation.scores.model import Model
-from hijack_detect.evaluation.trials.cases import Case, class_of
+from hijack_detect.evaluation.scores.watch import FlightWatch, GroupWatch, watch
+from hijack_detect.evaluation.trials.cases import BagCase, Case, class_of
 from hijack_detect.evaluation.trials.parallel import HERE, Failure, Pool, map_cases
-from hijack_detect.streams.samples import NANOSECONDS
+from hijack_detect.streams.samples import NANOSECONDS, Sample
+
+FAULT = "natural_fault"
+"""Class of flights whose receiver fails by itself: an alert is right from some time on."""
+ALL = "all"
+"""All classes together."""
 
 
 class FailedFlight(Model):
@@ -35,6 +43,10 @@ class Evaluation(Model):
         methods: Summaries by method.
         flights: Outcomes of every flight, in order.
         failed: Flights that could not be run; they are in no other number.
+        by_class: How the flights were watched while they were clean, by class, and `all` of them:
+            clean ones whole, hijacked ones until the attack. Flights with an injected attack are
+            not in it: they are judged as clean ones too.
+        by_vehicle: The same by vehicle, where those are known.
         forging: The time that forging takes, where that was asked for.
     """
 
@@ -44,6 +56,8 @@ class Evaluation(Model):
     methods: dict[str, MethodSummary]
     flights: list[FlightOutcome]
     failed: list[FailedFlight]
+    by_class: dict[str, GroupWatch]
+    by_vehicle: dict[str, GroupWatch]
     forging: list[ForgingTime] | None = None
 
 
@@ -59,10 +73,15 @@ def run_case(parameters: MonitorParameters, case: Case, *, forging: bool = False
         ValueError: The flight cannot be read or made; the text names it.
     """
     data = ForgedData()
-    if forging:
-        done = case.run(parameters, baselines={**BASELINES, **FAITHFUL_KLD}, on_sample=data.add)
-    else:
-        done = case.run(parameters, baselines=BASELINES)
+    baselines = {**BASELINES, **FAITHFUL_KLD} if forging else BASELINES
+    account = Account((*DETECTORS, *baselines), parameters.fusion, 0)
+
+    def take(sample: Sample) -> None:
+        account.take(sample)
+        if forging:
+            data.add(sample)
+
+    done = case.run(parameters, baselines=baselines, on_sample=take, on_output=account.hear)
     attack, start_ns = done.attack, done.run.start_ns
     kind = class_of(case, attack)
 
@@ -70,6 +89,11 @@ def run_case(parameters: MonitorParameters, case: Case, *, forging: bool = False
         return (stamp_ns - start_ns) / NANOSECONDS
 
     end_ns = None if attack is None else attack.end_ns
+    label = case.label if isinstance(case, BagCase) else None
+    clean_until_ns = None if attack is None else attack.onset_ns
+    if label is not None and label.alert_ok_from_s is not None:
+        fails_ns = start_ns + round(label.alert_ok_from_s * NANOSECONDS)
+        clean_until_ns = fails_ns if clean_until_ns is None else min(fails_ns, clean_until_ns)
     return FlightOutcome(
         name=case.name,
         kind=kind,
@@ -79,6 +103,16 @@ def run_case(parameters: MonitorParameters, case: Case, *, forging: bool = False
         methods=judge_case(done, parameters.fusion),
         injected=case.injected,
         forged=data.quality(attack) if forging else None,
+        vehicle="" if label is None else label.vehicle,
+        watch=None
+        if case.injected
+        else watch(
+            account,
+            start_ns,
+            max(done.end_ns, account.newest_ns),
+            clean_until_ns,
+            counted=kind != FAULT or clean_until_ns is not None,
+        ),
     )
 
 
@@ -124,6 +158,15 @@ def evaluate(
         if isinstance(result, Failure)
     ]
     names = flights[0].methods if flights else ()
+    watched = [(flight, flight.watch) for flight in flights if flight.watch is not None]
+    kinds: dict[str, list[FlightWatch]] = defaultdict(list)
+    vehicles: dict[str, list[FlightWatch]] = defaultdict(list)
+    for flight, one in watched:
+        kinds[flight.kind].append(one)
+        if flight.vehicle:
+            vehicles[flight.vehicle].append(one)
+    if watched:
+        kinds[ALL] = [one for _, one in watched]
     return Evaluation(
         version=__version__,
         source=source,
@@ -132,4 +175,6 @@ def evaluate(
         flights=flights,
         failed=failed,
         forging=forging_times() if forging else None,
+        by_class={kind: GroupWatch.of(some) for kind, some in kinds.items()},
+        by_vehicle={name: GroupWatch.of(vehicles[name]) for name in sorted(vehicles)},
     )

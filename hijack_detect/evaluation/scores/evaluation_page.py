@@ -22,6 +22,8 @@ from hijack_detect.evaluation.scores.evaluation_tables import (
 )
 from hijack_detect.evaluation.scores.methods import Judgement
 from hijack_detect.evaluation.scores.roc import roc_curve
+from hijack_detect.evaluation.scores.watch_tables import EXPLAINED as WATCHED
+from hijack_detect.evaluation.scores.watch_tables import watch_tables
 
 STYLE = """
 body { font: 15px/1.45 system-ui, sans-serif; margin: 2rem auto; max-width: 75rem; padding: 0 1rem;
@@ -30,11 +32,14 @@ table { border-collapse: collapse; margin: .6rem 0 1.6rem; }
 th, td { padding: .25rem .7rem; border-bottom: 1px solid #d8dee8; text-align: right;
   white-space: nowrap; }
 th:first-child, td:first-child { text-align: left; }
+td.text { text-align: left; white-space: normal; min-width: 20rem; }
 thead th { border-bottom: 2px solid #8592a6; position: sticky; top: 0; background: #fff; }
 .wrong { background: #fde3df; color: #8c1c0c; }
 dt { font-weight: 600; } dd { margin: 0 0 .4rem 1.2rem; }
 .wide { overflow-x: auto; }
 """
+LONG = 60
+"""Characters from which a cell is a sentence."""
 WRONG = tuple(judgement.value for judgement in Judgement if not judgement.correct)
 
 
@@ -54,6 +59,7 @@ def evaluation_page(evaluation: Evaluation) -> str:
             '<meta name="viewport" content="width=device-width, initial-scale=1">',
             f"<title>{escape(title)}</title><style>{STYLE}</style></head><body>",
             f"<h1>Evaluation: {escape(title)}</h1><p>{escape(facts)}</p>",
+            *map(_section, watch_tables(evaluation)),
             *(_section(table(evaluation)) for table in tables),
             *([] if by_class is None else [_section(by_class)]),
             *(map(_section, basan_tables(evaluation)) if evaluation.forging else ()),
@@ -61,7 +67,7 @@ def evaluation_page(evaluation: Evaluation) -> str:
             _list(
                 "Methods", {name: EXPLAINED.get(name, "detector") for name in evaluation.methods}
             ),
-            _list("What the figures mean", DEFINITIONS),
+            _list("What the figures mean", {**WATCHED, **DEFINITIONS}),
             _failed(evaluation),
             _section(flight_table(evaluation)),
             "</body></html>\n",
@@ -81,7 +87,8 @@ def _section(table: TextTable) -> str:
 def _cells(row: Iterable[str]) -> Iterable[str]:
     for column, text in enumerate(row):
         wrong = ' class="wrong"' if column and text.startswith(WRONG) else ""
-        yield f"<td{wrong}>{escape(text).replace(chr(10), '<br>')}</td>"
+        long = ' class="text"' if len(text) > LONG and not wrong else wrong
+        yield f"<td{long}>{escape(text).replace(chr(10), '<br>')}</td>"
 
 
 def _list(title: str, entries: dict[str, str]) -> str:

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from hijack_detect.bags.reader import BagReader
 from hijack_detect.evaluation.monitor.graph import MonitorParameters
 from hijack_detect.evaluation.scores.limit_records import (
     AttackRecord,
@@ -42,7 +41,7 @@ def record_forked(
     Raises:
         BagError: The bag cannot be read, or has no Imu or NavSatFix.
     """
-    with BagReader(case.path) as reader:
+    with case.opened() as reader:
         placed = attacks_on(
             case.name,
             forward_flight(reader),

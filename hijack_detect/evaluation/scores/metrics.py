@@ -12,6 +12,7 @@ from hijack_detect.evaluation.scores.forged import ForgedValues
 from hijack_detect.evaluation.scores.methods import Judgement, MethodOutcome
 from hijack_detect.evaluation.scores.model import Model
 from hijack_detect.evaluation.scores.roc import roc_area
+from hijack_detect.evaluation.scores.watch import FlightWatch
 
 LEVEL = 0.95
 
@@ -29,6 +30,8 @@ class FlightOutcome(Model):
         injected: Whether it is a recorded flight with an attack put in. The flight itself is
             judged too, and its clean time counts there.
         forged: The quality of the forged data by parameter, where that was asked for.
+        vehicle: Name of its vehicle, empty if that is not known.
+        watch: How it was watched while it was clean.
     """
 
     name: str
@@ -39,6 +42,8 @@ class FlightOutcome(Model):
     methods: dict[str, MethodOutcome]
     injected: bool = False
     forged: dict[str, ForgedValues] | None = None
+    vehicle: str = ""
+    watch: FlightWatch | None = None
 
     @property
     def clean_s(self) -> float:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import heapq
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
@@ -14,6 +15,7 @@ from hijack_detect.evaluation.ground_truth.outcome import Attack
 from hijack_detect.evaluation.ground_truth.truth import attack_times, known_attack, truth_track
 from hijack_detect.evaluation.monitor.graph import Baselines, Monitor, MonitorParameters
 from hijack_detect.evaluation.monitor.offline import OfflineRun, run_offline, run_samples
+from hijack_detect.logs.formats import as_bag
 from hijack_detect.simulation.flight import Flight, generate_flight
 from hijack_detect.simulation.plan import FlightPlan
 from hijack_detect.spoofing.plane import separation_m
@@ -93,21 +95,64 @@ def class_of(case: Case, attack: Attack | None) -> str:
 
 
 @dataclass(frozen=True)
-class BagCase:
-    """A flight in a bag, with a scenario to inject, if any.
+class CorpusLabel:
+    """What the `labels.json` of a folder says of one flight, times in seconds from its start.
 
-    The kind is `hijacked` for an attacked flight, or the name of its attack.
+    Attributes:
+        vehicle: Name of the vehicle.
+        attack: Start and end of the attack on it, None for none.
+        alert_ok_from_s: From here on an alert is right, for a receiver that really failed.
+    """
+
+    vehicle: str
+    attack: tuple[float, float] | None = None
+    alert_ok_from_s: float | None = None
+
+
+@dataclass(frozen=True)
+class BagCase:
+    """A flight in a bag or a log, with a scenario to inject, if any.
+
+    The kind is `hijacked` for an attacked flight, or the name of its attack. `label` is that of
+    the folder's `labels.json`; without it a `label.json` beside the flight counts.
     """
 
     path: Path
     name: str
     kind: str
     scenario: Scenario | None = None
+    label: CorpusLabel | None = None
 
     def __repr__(self) -> str:
         """With the whole URL of a bag that is elsewhere, which its path does not tell."""
-        told = (str(self.path), self.name, self.kind, self.scenario)
+        told = (str(self.path), self.name, self.kind, self.scenario, self.label)
         return f"BagCase({', '.join(map(repr, told))})"
+
+    @contextlib.contextmanager
+    def opened(self) -> Iterator[BagReader]:
+        """The bag, or the one that is made of the log.
+
+        Raises:
+            BagError: It cannot be read.
+        """
+        with (
+            as_bag(self.path) as (bag, converted),
+            BagReader(bag, made_from=None if converted is None else self.path) as reader,
+        ):
+            yield reader
+
+    def attack_on(self, reader: BagReader) -> Attack | None:
+        """What is known of an attack: from the scenario, the folder's label, or the bag.
+
+        Raises:
+            BagError: The label beside the bag cannot be used, or the bag is damaged.
+        """
+        if self.scenario is not None or self.label is None:
+            return known_attack(reader, self.scenario).attack
+        if self.label.attack is None:
+            return None
+        start, end = (reader.start_ns + round(at * NANOSECONDS) for at in self.label.attack)
+        return Attack(start, end)
 
     @property
     def injected(self) -> bool:
@@ -123,8 +168,8 @@ class BagCase:
         on_output: OnOutput | None = None,
     ) -> CaseRun:
         """See Case."""
-        with BagReader(self.path) as reader:
-            attack, _ = known_attack(reader, self.scenario)
+        with self.opened() as reader:
+            attack = self.attack_on(reader)
             run = run_offline(
                 reader,
                 parameters,

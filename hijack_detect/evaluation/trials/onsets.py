@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 import zlib
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -87,9 +88,14 @@ def attacked(case: BagCase, scenario: Scenario, count: int) -> list[BagCase]:
     """
     first, last = scenario.segments[0], scenario.segments[-1]
     lasts_s = SHORTEST_S if last.end_s is None else last.end_s - first.start_s
-    with BagReader(case.path) as reader:
+    with case.opened() as reader:
         spans, latest_s = forward_flight(reader), reader.duration_s - lasts_s
     return [
-        BagCase(case.path, f"{case.name}@{onset:g}s", "hijacked", scenario.moved_to(onset))
+        replace(
+            case,
+            name=f"{case.name}@{onset:g}s",
+            kind="hijacked",
+            scenario=scenario.moved_to(onset),
+        )
         for onset in seeded_onsets(spans, latest_s, count, case.name)
     ]

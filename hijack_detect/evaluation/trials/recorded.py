@@ -21,7 +21,7 @@ from hijack_detect.streams.samples import (
     VelocitySample,
 )
 
-ESTIMATORS = ("attitude", "course")
+ESTIMATORS = ("attitude", "course", "phase")
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TypeVar
 
@@ -179,7 +179,7 @@ def injected(case: BagCase, scenarios: Sequence[Scenario], found: Survey) -> Ite
     for scenario, onsets_s in zip(scenarios, found.onsets_s, strict=True):
         for onset_s in onsets_s:
             name = f"{case.name} + {scenario.segments[0].name} at {onset_s:g} s"
-            yield BagCase(case.path, name, HIJACKED, scenario.moved_to(onset_s))
+            yield replace(case, name=name, kind=HIJACKED, scenario=scenario.moved_to(onset_s))
 
 
 def count_alarms(parameters: MonitorParameters, case: BagCase) -> FlightAlarms:

@@ -236,7 +236,7 @@ def test_what_is_known_of_the_flight_decides_what_quiet_means(tmp_path: Path) ->
             return found.outcome, None if found.spoof is None else found.spoof.known_from
 
     bare = write(tmp_path / "bare", flight(6.0))
-    assert outcome(bare) == (Outcome.NO_ALERT_UNLABELLED, None)
+    assert outcome(bare) == (Outcome.NOT_JUDGED, None)
 
     active = [flag("/spoof_active", START_NS + at * SECOND, at == 3) for at in (2, 3, 4)]
     messages = sorted([*flight(6.0), *active], key=lambda one: one.log_ns)
@@ -244,7 +244,7 @@ def test_what_is_known_of_the_flight_decides_what_quiet_means(tmp_path: Path) ->
 
     label = bare / "label.json"
     label.write_text('{"kind": "straight", "attack": null}')
-    assert outcome(bare) == (Outcome.NO_ATTACK_NO_ALERT, None)
+    assert outcome(bare) == (Outcome.NOT_JUDGED, None)
     label.write_text('{"kind": "hijack", "attack": {"t_start": 2.0, "t_end": 5.0}}')
     assert outcome(bare) == (Outcome.MISSED, "label")
     label.write_text("[]")

@@ -92,7 +92,11 @@ def range_of(page: Page, plot: str) -> list[float]:
 def test_the_page_shows_verdict_figures_and_events(show, spoofed, tmp_path: Path) -> None:
     path, done = spoofed
     page = show(path)
-    assert page.locator("#verdict p").inner_text() == done.analysis.verdict
+    assert page.locator("#verdict .said").inner_text() == done.analysis.verdict
+    assert page.locator("#verdict .found").inner_text() == "spoofed"
+    assert page.locator("#verdict .cause").all_inner_texts() == [
+        f"Cause: {one.cause}" for one in done.analysis.alerts
+    ]
     assert page.locator("h1").inner_text() == "curved_8"
     for name in PLOTS:
         traces = page.locator(f"#plot-{name} svg g.trace")

@@ -48,6 +48,44 @@ def test_a_bag_whose_recorder_died_is_found_by_its_file(tmp_path: Path) -> None:
     ]
 
 
+def test_one_file_labels_bags_and_logs_of_its_folder(tmp_path: Path) -> None:
+    folder = tmp_path / "flights"
+    for name in ("clean", "spoofed", "unknown"):
+        write(folder / name, flight())
+    (folder / "text.log").write_text("FMT, 128, 89, FMT, BBnNZ, Type,Length,Name,Format,Columns\n")
+    (folder / "notes.txt").write_text("no flight")
+    entries = [
+        {"file": "clean", "vehicle": "quad", "class": "flight", "attack": None},
+        {"file": "spoofed", "vehicle": "quad", "class": "flight",
+         "attack": {"t_start": 1.0, "t_end": 3.0}},
+        {"file": "text.log", "vehicle": "wing", "class": "natural_fault", "attack": None,
+         "alert_ok_from_s": 56, "note": "fails"},
+        {"file": "gone.bin", "vehicle": "wing", "class": "import", "attack": None},
+    ]  # fmt: skip
+    (folder / "labels.json").write_text(json.dumps(entries))
+    cases = {case.name: case for case in corpus_cases(tmp_path)}
+    assert {name: case.kind for name, case in cases.items()} == {
+        "flights/clean": "flight",
+        "flights/spoofed": "hijacked",
+        "flights/text.log": "natural_fault",
+        "flights/unknown": "unlabelled",
+    }
+    label = cases["flights/text.log"].label
+    assert label is not None
+    assert (label.vehicle, label.alert_ok_from_s) == ("wing", 56.0)
+    done = run_case(MonitorParameters(), cases["flights/spoofed"])
+    assert (done.kind, done.onset_s, done.attack_end_s, done.vehicle) == (
+        "hijacked", 1.0, 3.0, "quad",
+    )  # fmt: skip
+    with pytest.raises(ValueError, match=r"text\.log"):
+        run_case(MonitorParameters(), cases["flights/text.log"])
+
+    for text in ("{", "[3]", '[{"file": "clean"}]'):
+        (folder / "labels.json").write_text(text)
+        with pytest.raises(BagError, match=r"labels\.json"):
+            corpus_cases(tmp_path)
+
+
 def test_nothing_to_find_is_refused(tmp_path: Path) -> None:
     with pytest.raises(BagError, match=r"there is no bag in it"):
         corpus_cases(tmp_path)

@@ -12,7 +12,6 @@ from plotly.offline import get_plotlyjs
 from hijack_detect import __version__
 from hijack_detect.detectors.verdict import State
 from hijack_detect.evaluation.analysis.analyse import Analysed
-from hijack_detect.evaluation.analysis.analysis import Outcome
 from hijack_detect.evaluation.analysis.report import tables
 from hijack_detect.evaluation.analysis.report.consistency import (
     altitude_panel,
@@ -49,6 +48,7 @@ from hijack_detect.evaluation.analysis.report.style import (
     say_if_empty,
 )
 from hijack_detect.evaluation.analysis.report.template import CSS, PAGE, SCRIPT
+from hijack_detect.evaluation.analysis.sentence import CLEAN, OPEN, SPOOFED, found
 from hijack_detect.evaluation.monitor.graph import DETECTORS
 
 MOST_EVENTS = 200
@@ -63,12 +63,7 @@ FOOTER = (
     "Made by hijack-detect {version}, policy {policy}. Times are seconds from the bag's first "
     "message. No alert is no proof that the GPS was honest: see what each detector cannot see."
 )
-MOODS = {
-    Outcome.DETECTED: "good",
-    Outcome.NO_ATTACK_NO_ALERT: "good",
-    Outcome.NO_ALERT_UNLABELLED: "good",
-    Outcome.ALERT_UNLABELLED: "open",
-}
+MOODS = {SPOOFED: "bad", CLEAN: "good", OPEN: "open"}
 DETECTORS_OF = {
     "margins": DETECTORS,
     "rho": ("correlation",),
@@ -110,8 +105,10 @@ def page(done: Analysed, panels: Sequence[Panel]) -> str:
         title=escape(Path(analysis.bag).resolve().name),
         css=CSS,
         plotly=get_plotlyjs(),
-        mood=MOODS.get(analysis.outcome, "bad"),
+        mood=MOODS[found(analysis)],
+        found=found(analysis),
         verdict=escape(analysis.verdict),
+        causes="\n".join(tables.causes(analysis)),
         facts="\n".join(tables.facts(analysis)),
         track=_section(panels[0]),
         key="".join(tables.key(done)),
@@ -121,6 +118,8 @@ def page(done: Analysed, panels: Sequence[Panel]) -> str:
         states="".join(f'<th class="n">{WORDS[state]}</th>' for state in State),
         detectors="\n".join(tables.detector_rows(analysis)),
         skipped="\n".join(tables.skipped_rows(analysis)),
+        notes="\n".join(tables.notes(analysis)),
+        noted="" if analysis.notes else " hidden",
         clean="" if analysis.skipped else " hidden",
         footer=FOOTER.format(version=__version__, policy=escape(analysis.policy)),
         script=SCRIPT.replace("DURATION", f"{analysis.duration_s:.3f}"),

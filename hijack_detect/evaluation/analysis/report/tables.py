@@ -18,7 +18,10 @@ from hijack_detect.evaluation.analysis.report.style import (
     ATTACK_BAND,
     STATE_COLOURS,
 )
+from hijack_detect.evaluation.analysis.sentence import percent
 
+SHOWN = frozenset({0.5, 1.0, 2.0})
+"""Pulls (m/s²) among the key figures."""
 KIND_COLOURS = {
     **{state.value: colour for state, colour in STATE_COLOURS.items()},
     "attack": ATTACK,
@@ -31,6 +34,18 @@ def facts(analysis: Analysis) -> Iterator[str]:
     """The key figures."""
     for term, value in _facts(analysis):
         yield f"<div><dt>{escape(term)}</dt><dd>{escape(value)}</dd></div>"
+
+
+def causes(analysis: Analysis) -> Iterator[str]:
+    """Why there was an alert, a paragraph each."""
+    for alert in analysis.alerts:
+        yield f'<p class="cause">Cause: {escape(alert.cause)}</p>'
+
+
+def notes(analysis: Analysis) -> Iterator[str]:
+    """What is odd about the sensors, as items of a list."""
+    for note in analysis.notes:
+        yield f"<li>{escape(note)}</li>"
 
 
 def _facts(analysis: Analysis) -> Iterator[tuple[str, str]]:
@@ -50,7 +65,16 @@ def _facts(analysis: Analysis) -> Iterator[tuple[str, str]]:
     margins = [(peak.margin, name) for name, peak in peaks.items() if peak is not None]
     if margins:
         yield "largest margin", "{:.2f} ({})".format(*max(margins))
-    yield "could tell", f"{analysis.judged_s:.0f} of {analysis.duration_s:.0f} s"
+    if len(analysis.alarms) > 1:
+        yield "alarms, each taken back", str(len(analysis.alarms))
+    yield "in the air", f"{analysis.in_air_s:.0f} of {analysis.duration_s:.0f} s"
+    if analysis.in_air_s > 0.0:
+        told = percent(analysis.judged_s, analysis.in_air_s)
+        yield "could see a carry-off", f"{told:.0f} % of the air time"
+        for one in analysis.visible_steps:
+            if one.acceleration in SHOWN:
+                part = percent(one.time_s, analysis.in_air_s)
+                yield f"a pull of {one.acceleration:g} m/s² seen", f"{part:.0f} % of the air time"
     yield "policy", analysis.policy
 
 
@@ -76,10 +100,12 @@ def event_rows(rows: Sequence[Event]) -> Iterator[str]:
 
 
 def detector_rows(analysis: Analysis) -> Iterator[str]:
-    """Share of each state, largest margin, and what was said then."""
+    """Share of the air time in which it could tell, of each state, and the largest margin."""
     for name, said in analysis.detectors.items():
         whole, peak = sum(said.state_s.values()) or 1.0, said.largest_margin
-        numbers = [f"{100.0 * said.state_s[state] / whole:.0f} %" for state in State]
+        aloft = analysis.in_air_s
+        numbers = [f"{percent(said.told_s, aloft):.0f} %" if aloft > 0.0 else "–"]
+        numbers += [f"{100.0 * said.state_s[state] / whole:.0f} %" for state in State]
         numbers.append("–" if peak is None else f"{peak.margin:.2f}")
         cells = "".join(f'<td class="n">{number}</td>' for number in numbers)
         reason = "" if peak is None else f"{peak.at_s:.1f} s: {peak.reason}"

@@ -20,7 +20,11 @@ section { background: white; border: 1px solid var(--line); border-radius: 10px;
   padding: 16px 18px; margin-top: 16px; }
 #verdict { border-left: 6px solid var(--mark); }
 #verdict p { font-size: 19px; font-weight: 600; line-height: 1.4; }
-.good { --mark: #2f9e6e; } .bad { --mark: #d7263d; } .open { --mark: #f0a30a; }
+#verdict p.cause { font-size: 16px; font-weight: 500; margin-top: 8px; overflow-wrap: anywhere; }
+#verdict .found { background: var(--mark); color: white; border-radius: 5px; font-size: 13px;
+  padding: 2px 9px; margin-right: 10px; vertical-align: 2px; white-space: nowrap; }
+#verdict ul { margin: 14px 0 0; padding-left: 18px; }
+.good { --mark: #1f7f56; } .bad { --mark: #d7263d; } .open { --mark: #a86a00; }
 dl { display: grid; grid-template-columns: repeat(auto-fit, minmax(150px, 1fr)); gap: 10px 20px;
   margin: 14px 0 0; }
 dt { color: var(--soft); font-size: 12px; } dd { margin: 0; font-weight: 600; }
@@ -76,8 +80,10 @@ PAGE = Template("""<!DOCTYPE html>
 <p class="soft">GPS spoofing analysis</p>
 <h1>$title</h1>
 <section id="verdict" class="$mood">
-<p>$verdict</p>
+<p><span class="found">$found</span><span class="said">$verdict</span></p>
+$causes
 <dl>$facts</dl>
+<ul class="soft"$noted>$notes</ul>
 </section>
 $track
 <div class="key soft">$key</div>
@@ -92,10 +98,11 @@ $figures
 </section>
 <section id="detectors">
 <h2>Detectors</h2>
-<p class="soft">Share of the flight in each state. Only normal, suspicious and alarm say anything
-about the GPS.</p>
+<p class="soft">Could tell: share of the time in the air. Then the share of the whole log in each
+state; only normal, suspicious and alarm say anything about the GPS.</p>
 <div class="wide"><table>
-<thead><tr><th>detector</th>$states<th class="n">largest margin</th><th>said then</th></tr></thead>
+<thead><tr><th>detector</th><th class="n">could tell</th>$states
+<th class="n">largest margin</th><th>said then</th></tr></thead>
 <tbody>$detectors</tbody>
 </table></div>
 </section>

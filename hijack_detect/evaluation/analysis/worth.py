@@ -1,0 +1,103 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
+"""What a clean result is worth: which pulls would have been seen for how long, or why none."""
+
+from __future__ import annotations
+
+import bisect
+import itertools
+import math
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+
+from hijack_detect.detectors.likelihood import CARRY_OFF
+from hijack_detect.detectors.verdict import JUDGED
+from hijack_detect.evaluation.analysis.account import Account, Watched
+from hijack_detect.evaluation.analysis.alarms import UNSAID, Span
+from hijack_detect.evaluation.analysis.analysis import Visible
+from hijack_detect.evaluation.analysis.times import Times
+
+STEPS = (0.3, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 5.0)
+"""m/s²: the pulls that `visible_steps` counts."""
+MOST = 0.9
+"""Share of the time in which `coast` could tell that the sentence claims: the tenth in which it
+was blindest would make the claimed size large and the claimed time hardly longer."""
+LEAST = 0.005
+"""Share of the time in the air below which it is 0 %: then nothing was judged."""
+FAULTY = 0.1
+"""Share of the flight for which an IMU has to be faulty to be named."""
+
+
+def visible(watched: Watched) -> Visible | None:
+    """The pull that `coast` would have seen in nine tenths of the time in which it could tell.
+
+    It is rounded up to 0.1 m/s², and its time is that in which `coast` claimed to see it, so that
+    the sentence is true of each moment that it counts.
+    """
+    weighed = sorted(
+        (least, (watched.in_air & Times([(start, end)])).seconds)
+        for start, end, least in watched.visible
+    )
+    told = list(itertools.accumulate(seconds for _, seconds in weighed))
+    if not told or told[-1] <= 0.0:
+        return None
+    least = weighed[bisect.bisect_left(told, MOST * told[-1])][0]
+    size = max(math.ceil(10.0 * least - 1e-9), 1) / 10.0
+    return Visible(acceleration=size, time_s=watched.seen(size).seconds)
+
+
+def visible_steps(watched: Watched) -> Iterator[Visible]:
+    """The time in which each of some pulls would have been seen."""
+    for size in STEPS:
+        yield Visible(acceleration=size, time_s=watched.seen(size).seconds)
+
+
+def not_judged(account: Account, watched: Watched, spans: Mapping[str, list[Span]]) -> str | None:
+    """Why nothing could have seen a carry-off, the first cause first; None if something could."""
+    in_air_s = watched.in_air.seconds
+    if (watched.in_air & watched.carry_off).seconds > LEAST * in_air_s:
+        return None
+    unusable = account.inputs.unusable()
+    if unusable:
+        return unusable
+    if in_air_s <= 0.0:
+        return _on_the_ground(account)
+    faults = {words: ns for words, ns in account.imu_faults.values()}
+    if faults:
+        return f"the IMU cannot be used: {max(faults, key=lambda words: faults[words])}"
+    reasons = {name: _main_reason(spans[name], watched.in_air) for name in sorted(CARRY_OFF)}
+    given = [f"{name}: {why}" for name, why in reasons.items() if why != UNSAID]
+    told = "; ".join(given) or "none gave a verdict"
+    why = f"no detector that could see a carry-off could tell ({told})"
+    others = sorted(
+        name
+        for name, told in watched.told.items()
+        if name not in CARRY_OFF and (told & watched.in_air).seconds > LEAST * in_air_s
+    )
+    return f"{why}; only {', '.join(others)} could, and see other attacks" if others else why
+
+
+def _on_the_ground(account: Account) -> str:
+    """What the vehicle did instead of flying."""
+    if not account.phases:
+        return "the IMU gives no phase of flight"
+    phase, reason = max(account.phases, key=lambda key: account.phases[key])
+    return f"the vehicle was never in the air ({phase}{': ' if reason else ''}{reason})"
+
+
+def _main_reason(spans: Sequence[Span], in_air: Times) -> str:
+    """Why a detector could not tell in the air for the longest."""
+    lasted: Counter[str] = Counter()
+    for span in spans:
+        if span.state not in JUDGED:
+            overlap = in_air & Times([(span.start_ns, span.end_ns)])
+            if overlap.intervals:
+                lasted[span.reason] += round(overlap.seconds * 1e6)
+    return max(lasted, key=lambda reason: (reason != UNSAID, lasted[reason]), default=UNSAID)
+
+
+def sensor_notes(account: Account, duration_s: float) -> Iterator[str]:
+    """What is odd about the sensors and their clocks."""
+    yield from account.inputs.notes(duration_s)
+    for words, lasted_ns in account.imu_faults.values():
+        if lasted_ns / 1e9 > FAULTY * duration_s:
+            yield f"The IMU could not be used for {lasted_ns / 1e9:.0f} s: {words}."
