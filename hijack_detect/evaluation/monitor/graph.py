@@ -31,6 +31,7 @@ from hijack_detect.estimation.attitude_parameters import AttitudeParameters
 from hijack_detect.estimation.course import CourseEstimator, CourseParameters
 from hijack_detect.evaluation.monitor.stage import Component, Stage
 from hijack_detect.parameters import ParameterError
+from hijack_detect.streams.receiver_clock import ReceiverClock
 
 DETECTORS = ("correlation", "date", "kld", "coast", "gnss", "altitude", "heading", "drag")
 
@@ -79,6 +80,7 @@ class Monitor:
 
     Attributes:
         detectors: Names of the parts that give verdicts.
+        clock: Puts the receiver's stamps on the clock of the IMU before any part has them.
     """
 
     def __init__(self, parameters: MonitorParameters, baselines: Baselines | None = None) -> None:
@@ -93,6 +95,7 @@ class Monitor:
         """
         p = parameters
         self.detectors = (*DETECTORS, *(baselines or {}))
+        self.clock = ReceiverClock()
         self.stages: Mapping[str, Stage] = {
             "attitude": Stage(lambda: AttitudeEstimator(p.attitude)),
             "course": Stage(lambda: CourseEstimator(p.course)),
@@ -119,7 +122,7 @@ class Monitor:
         lead to the same outputs.
         """
         outputs: list[tuple[str, Any]] = []
-        waiting: deque[tuple[str, Sequence[Any]]] = deque([(name, samples)])
+        waiting: deque[tuple[str, Sequence[Any]]] = deque(self.clock.push_run(name, samples))
         while waiting:
             source, some = waiting.popleft()
             for part, stage in self._hearers[source]:
