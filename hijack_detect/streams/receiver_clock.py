@@ -8,7 +8,7 @@ told apart by the stamps of the IMU that arrive meanwhile, which the receiver ca
 
 What is assumed: on the way, messages of one input stay in order, and those of the receiver are
 early or late against the IMU's by less than half a step of up to 3 s, by less than 1.5 s at a
-larger one, and by less than 1.5 s at the start. Then whether there was a step is the same in every
+larger one, and by less than 2 s at the start. Then whether there was a step is the same in every
 delivery. How large it was follows from the receiver's own stamps.
 """
 
@@ -34,8 +34,11 @@ LATE_NS = 3 * NANOSECONDS // 2
 """Much more than transport is late by (measured with a busy computer: below 1 s)."""
 SMALLEST_NS = 350_000_000
 """A stamp this far from where it is due is looked at: two fixes at 5 Hz, lost or to spare."""
+AT_START_NS = 2 * NANOSECONDS
+"""As LATE_NS for the first samples, when subscriptions come about one after the other."""
 WATCHED_NS = 9 * NANOSECONDS // 10
 """How long a new level must last. With one interval more, a merge still waits for the receiver."""
+WATCHED_AT_START_NS = 3 * NANOSECONDS // 2
 GIVEN_UP_NS = 5 * NANOSECONDS // 2
 """What is not clear by then is left as it is: the merges wait for 3 s."""
 MOST_HELD = 200
@@ -101,7 +104,7 @@ class ReceiverClock:
     move as far, is held for about a second, with what follows of the receiver. If the new level
     lasts, it is a step: from there on `stamp_ns` is put back on the old level and
     `clock_offset_ns` says what was taken off. If not, all goes on untouched, as any other stamp.
-    The same is done at the start with an input that is more than 1.5 s off the IMU: of a constant
+    The same is done at the start with an input that is more than 2 s off the IMU: of a constant
     offset only arrival tells how large it is, so it is known to whole seconds, or else to 0.1 s.
 
     Attributes:
@@ -174,7 +177,7 @@ class ReceiverClock:
                 continue
             age_ns = self._reference_ns - (trial.seen[-1][0] - source.offset_ns)
             if trial.before_ns is None:
-                if abs(age_ns) <= LATE_NS:
+                if abs(age_ns) <= AT_START_NS:
                     source.begun, source.trial = True, None
                 elif trial.seen[-1][1] is None:  # the IMU begins
                     trial.opened_ns, trial.seen = self._reference_ns, []
@@ -201,7 +204,7 @@ class ReceiverClock:
     def _is_suspect(self, source: _Input, stamp_ns: int, age_ns: int | None) -> bool:
         """Whether a stamp, with the offset so far taken off, may be the first of a new level."""
         if not source.begun:
-            return age_ns is None and source.latest_ns is None or abs(age_ns or 0) > LATE_NS
+            return age_ns is None and source.latest_ns is None or abs(age_ns or 0) > AT_START_NS
         if age_ns is None or source.latest_ns is None or stamp_ns == source.latest_ns:
             return False
         if min(len(source.intervals), len(source.ages)) < ENOUGH:
@@ -241,12 +244,13 @@ class ReceiverClock:
     def _is_due(self, trial: _Trial) -> bool:
         now_ns = self._reference_ns
         watched_ns = trial.seen[-1][0] - trial.seen[0][0] if trial.seen else 0
+        enough_ns = WATCHED_AT_START_NS if trial.before_ns is None else WATCHED_NS
         if now_ns is None or trial.opened_ns is None:
-            return watched_ns >= WATCHED_NS
+            return watched_ns >= enough_ns
         moved_ns = abs(now_ns - trial.opened_ns)
         if moved_ns >= GIVEN_UP_NS or watched_ns >= GIVEN_UP_NS:
             return True
-        return watched_ns >= WATCHED_NS and moved_ns >= WATCHED_NS // 2
+        return watched_ns >= enough_ns and moved_ns >= enough_ns // 2
 
     def _conclude(self, name: str, source: _Input) -> None:
         """End an input's trial: take on its new offset, or leave the stamps as they are."""
@@ -278,7 +282,7 @@ class ReceiverClock:
         """The offset that a trial leads to; None if it was none."""
         ages = [age for _, age in trial.seen if age is not None]
         if trial.before_ns is None:
-            if min(map(abs, ages)) <= LATE_NS or max(ages) - min(ages) > LATE_NS:
+            if min(map(abs, ages)) <= AT_START_NS or max(ages) - min(ages) > NANOSECONDS:
                 return None
             if self._stands(trial):
                 return None
@@ -330,7 +334,7 @@ class ReceiverClock:
         if source.latest_ns is not None and 0 < stamp_ns - source.latest_ns <= 2 * NANOSECONDS:
             source.intervals.append(stamp_ns - source.latest_ns)
         if held.reference_ns is not None and held.age_ns is not None:
-            source.begun |= abs(held.age_ns) <= LATE_NS
+            source.begun |= abs(held.age_ns) <= AT_START_NS
             if held.reference_ns != source.reference_ns:  # the IMU lives
                 source.ages.append(held.reference_ns - stamp_ns)
         source.latest_ns, source.reference_ns = stamp_ns, held.reference_ns
