@@ -17,6 +17,7 @@ from rclpy.utilities import ok
 
 from hijack_detect.nodes.running import SPIN_S
 from hijack_detect.nodes.wiring import Hearer, Input, Source, subscribe
+from hijack_detect.streams.receiver_clock import ReceiverClock
 
 SWITCH_S = 0.0005
 """A tenth of Python's own: a GPS message waits for this several times until it is received, while
@@ -43,6 +44,7 @@ class Composition:
         self._executor = executor
         self._offered: dict[str, list[tuple[Hearer, str]]] = {}
         self._sources: dict[str, Source] = {}
+        self._clock = ReceiverClock()
 
     def offer(self, topic: str) -> None:
         """See Wiring."""
@@ -56,7 +58,10 @@ class Composition:
         elif topic in self._sources:
             self._sources[topic].hearers.append((hearer, name))
         else:
-            self._sources[topic] = Source(hearer, name, given)
+            self._sources[topic] = Source(hearer, name, given, self._clock)
+
+    def hear_time(self, hearer: Hearer) -> None:
+        """See Wiring; the attitude estimator hears the IMU for all."""
 
     def hand_over(self, topic: str, outputs: Sequence[Any], passed_ns: int) -> None:
         """See Wiring."""

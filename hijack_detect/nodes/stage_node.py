@@ -23,6 +23,7 @@ from hijack_detect.nodes.parameters import current, declare, naming, own_changes
 from hijack_detect.nodes.wiring import Input, Wiring
 from hijack_detect.parameters import ParameterError, Parameters
 from hijack_detect.streams.messages import BadMessage
+from hijack_detect.streams.receiver_clock import REFERENCE, STAMPED
 
 P = TypeVar("P", bound=Parameters)
 
@@ -91,6 +92,8 @@ class StageNode(Node, Generic[P]):
             wiring.offer(self._output)
         for input_name, given in inputs.items():
             wiring.listen(self, input_name, given)
+        if {*STAMPED} & {*inputs} and REFERENCE not in inputs:
+            wiring.hear_time(self)
         self.diagnostics = Diagnostics(self)
         self.create_timer(1.0, self._report)
 

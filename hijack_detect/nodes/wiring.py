@@ -3,18 +3,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.serialization import deserialize_message
+from sensor_msgs.msg import Imu
 
+<<<<<<< HEAD
 from hijack_detect.nodes.qos import OVERRIDES
 from hijack_detect.streams.absence import Absence
 from hijack_detect.streams.imu_bytes import FROM_BYTES
 from hijack_detect.streams.messages import CONVERTERS
+=======
+from hijack_detect.nodes.qos import OVERRIDES, SENSOR
+from hijack_detect.streams.imu_bytes import FROM_BYTES, stamp_from_bytes
+from hijack_detect.streams.messages import CONVERTERS, header_stamp_ns
+from hijack_detect.streams.receiver_clock import Passed, ReceiverClock
+
+
+IMU_TOPIC = "imu/data_raw"
+"""Its stamps tell the time, see `ReceiverClock`."""
+>>>>>>> timestep
 
 
 @dataclass(frozen=True)
@@ -71,14 +83,16 @@ class Hearer(Protocol):
 class Source:
     """A topic outside of the process: one subscription for all nodes in it that hear it.
 
-    What the sender does not measure is marked here, as `read_samples` does for a bag.
+    What the sender does not measure is marked here, as `read_samples` does for a bag, and then
+    goes through the clock that the process has, see `ReceiverClock`.
     """
 
-    def __init__(self, hearer: Hearer, name: str, given: Input) -> None:
+    def __init__(self, hearer: Hearer, name: str, given: Input, clock: ReceiverClock) -> None:
         """Begin with one node and the name of its input."""
         self.given = given
         self.hearers = [(hearer, name)]
         self._absence = Absence()
+        self._clock = clock
 
     @property
     def timed(self) -> bool:
@@ -93,8 +107,25 @@ class Source:
         for component in self._absence.names:
             first.lacks(component)
         if marked is not None:
-            for hearer, name in self.hearers:
-                hearer.take(name, marked, published_ns)
+            give(self._clock.push(own_name, marked, (self, published_ns)))
+            tell(self._clock, first.node)
+
+    def give(self, sample: Any, published_ns: int) -> None:
+        """Give a sample to all."""
+        for hearer, name in self.hearers:
+            hearer.take(name, sample, published_ns)
+
+
+def give(passed: Iterable[Passed]) -> None:
+    """Give what a clock let through to those that hear it."""
+    for _, sample, (source, published_ns) in passed:
+        source.give(sample, published_ns)
+
+
+def tell(clock: ReceiverClock, node: Node) -> None:
+    """Log what a clock found."""
+    while clock.said:
+        node.get_logger().warning(clock.said.pop(0))
 
 
 class Wiring(Protocol):
@@ -106,6 +137,9 @@ class Wiring(Protocol):
 
     def listen(self, hearer: Hearer, name: str, given: Input) -> None:
         """Give a node one of its inputs."""
+
+    def hear_time(self, hearer: Hearer) -> None:
+        """See to it that the IMU's stamps are known to a node that has GPS but no IMU."""
 
     def offer(self, topic: str) -> None:
         """Note that the outputs of a node will be handed over under a topic's full name."""
@@ -125,14 +159,33 @@ class Topics:
 
     rate_hz: float | None = None
 
+    def __init__(self) -> None:
+        """Start without inputs."""
+        self._clock = ReceiverClock()
+
     def listen(self, hearer: Hearer, name: str, given: Input) -> None:
         """See Wiring."""
-        source = Source(hearer, name, given)
+        source = Source(hearer, name, given, self._clock)
 
         def heard_with_time(message: Any, info: Mapping[str, Any]) -> None:
             source.hear(message, info["source_timestamp"])
 
         subscribe(hearer.node, given, heard_with_time if source.timed else source.hear)
+
+    def hear_time(self, hearer: Hearer) -> None:
+        """See Wiring; only the stamps of the messages are read."""
+        node = hearer.node
+
+        def heard(data: bytes) -> None:
+            stamp_ns = stamp_from_bytes(data)
+            if stamp_ns is None:
+                stamp_ns = header_stamp_ns(deserialize_message(data, Imu))
+            give(self._clock.note_reference(stamp_ns))
+            tell(self._clock, node)
+
+        node.create_subscription(
+            Imu, IMU_TOPIC, heard, SENSOR, raw=True, qos_overriding_options=OVERRIDES
+        )
 
     def offer(self, topic: str) -> None:
         """See Wiring; nobody is there to take it."""

@@ -36,6 +36,14 @@ def _read(data: bytes, body: struct.Struct) -> tuple[int, tuple[float, ...]] | N
     return seconds * NANOSECONDS + nanoseconds, body.unpack_from(data, begin)
 
 
+def stamp_from_bytes(data: bytes) -> int | None:
+    """The stamp of an Imu, nanoseconds; None if the bytes are laid out in another way."""
+    if len(data) < _HEADER.size or data[:2] != LITTLE_ENDIAN:
+        return None
+    seconds, nanoseconds, _ = _HEADER.unpack_from(data)
+    return int(seconds) * NANOSECONDS + int(nanoseconds)
+
+
 def imu_from_bytes(data: bytes) -> ImuSample | None:
     """The sample of a raw Imu; None if the bytes are laid out in another way.
 

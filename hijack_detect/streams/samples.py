@@ -37,6 +37,7 @@ class FixSample:
     passed on is not rounded. `altitude_m` is NaN where no height was measured. `has_fix` is false
     when the receiver reports no fix. `accuracy_m` is the standard deviation that the receiver
     claims for East and North, `vertical_accuracy_m` that for the height; None if it claims none.
+    `clock_offset_ns` was taken off the stamp of its message, see `ReceiverClock`.
     """
 
     stamp_ns: int
@@ -46,6 +47,7 @@ class FixSample:
     has_fix: bool = True
     accuracy_m: float | None = None
     vertical_accuracy_m: float | None = None
+    clock_offset_ns: int = 0
 
     @property
     def has_altitude(self) -> bool:

@@ -32,6 +32,7 @@ from hijack_detect.estimation.course import CourseEstimator, CourseParameters
 from hijack_detect.estimation.flight_phase import FlightPhaseEstimator, FlightPhaseParameters
 from hijack_detect.evaluation.monitor.stage import Component, Stage
 from hijack_detect.parameters import ParameterError
+from hijack_detect.streams.receiver_clock import ReceiverClock
 
 DETECTORS = ("correlation", "date", "kld", "coast", "gnss", "altitude", "heading", "drag")
 
@@ -81,6 +82,7 @@ class Monitor:
 
     Attributes:
         detectors: Names of the parts that give verdicts.
+        clock: Puts the receiver's stamps on the clock of the IMU before any part has them.
     """
 
     def __init__(self, parameters: MonitorParameters, baselines: Baselines | None = None) -> None:
@@ -95,6 +97,7 @@ class Monitor:
         """
         p = parameters
         self.detectors = (*DETECTORS, *(baselines or {}))
+        self.clock = ReceiverClock()
         self.stages: Mapping[str, Stage] = {
             "attitude": Stage(lambda: AttitudeEstimator(p.attitude)),
             "course": Stage(lambda: CourseEstimator(p.course)),
@@ -122,7 +125,7 @@ class Monitor:
         lead to the same outputs.
         """
         outputs: list[tuple[str, Any]] = []
-        waiting: deque[tuple[str, Sequence[Any]]] = deque([(name, samples)])
+        waiting: deque[tuple[str, Sequence[Any]]] = deque(self.clock.push_run(name, samples))
         while waiting:
             source, some = waiting.popleft()
             for part, stage in self._hearers[source]:

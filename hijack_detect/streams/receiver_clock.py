@@ -1,0 +1,389 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
+"""Puts the stamps of a receiver on the clock of the IMU, whatever the receiver takes for the time.
+
+A driver that stamps fixes and velocities with the receiver's own time hands on every step of it:
+a leap second, GPS time for UTC, a week, a spoofer with the wrong date. On stamps alone that is a
+gap, or a clock that was set back, and the merges would lose the receiver or the IMU. Here it is
+told apart by the stamps of the IMU that arrive meanwhile, which the receiver cannot move.
+
+What is assumed: on the way, messages of one input stay in order, and those of the receiver are
+early or late against the IMU's by less than half a step of up to 3 s, by less than 1.5 s at a
+larger one, and by less than 2 s at the start. Then whether there was a step is the same in every
+delivery. How large it was follows from the receiver's own stamps.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import statistics
+from collections import Counter, deque
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Any, TypeAlias
+
+from hijack_detect.streams.samples import NANOSECONDS
+
+REFERENCE = "imu"
+"""The input whose stamps are the time: autopilot or companion make them, not the receiver."""
+STAMPED = ("fix", "velocity")
+"""What a receiver stamps; both are put right by the same offset where both step by as much."""
+SATELLITES = "satellites"
+"""Has the stamp of a fix, and follows it."""
+
+LATE_NS = 3 * NANOSECONDS // 2
+"""Much more than transport is late by (measured with a busy computer: below 1 s)."""
+SMALLEST_NS = 350_000_000
+"""A stamp this far from where it is due is looked at: two fixes at 5 Hz, lost or to spare."""
+AT_START_NS = 2 * NANOSECONDS
+"""As LATE_NS for the first samples, when subscriptions come about one after the other."""
+WATCHED_NS = 9 * NANOSECONDS // 10
+"""How long a new level must last. With one interval more, a merge still waits for the receiver."""
+WATCHED_AT_START_NS = 3 * NANOSECONDS // 2
+GIVEN_UP_NS = 5 * NANOSECONDS // 2
+"""What is not clear by then is left as it is: the merges wait for 3 s."""
+MOST_HELD = 200
+GAP_NS = 3 * NANOSECONDS // 4
+"""After a gap this long no merge waits for what is held here: it is left out."""
+KEPT = 15
+ENOUGH = 3
+"""Intervals between stamps of an input from which its usual one is known."""
+WHOLE_NS = 50_000_000
+"""A step this close to whole seconds is one: leap seconds, time zones, weeks."""
+FAR = 50
+"""Intervals beyond which their errors add up to more than arrival tells."""
+AGREE_NS = SMALLEST_NS
+LEAP_NS = 300_000_000
+"""A reference that leaps by this had a hole, or was set itself."""
+
+Passed: TypeAlias = tuple[str, Any, Any]
+"""Input, sample, and what was handed over with it."""
+
+
+@dataclass
+class _Trial:
+    """A level of stamps that may be new."""
+
+    before_ns: int | None
+    """Stamp before it; None where the input begins."""
+    opened_ns: int | None
+    """What the IMU's clock said when it was opened."""
+    seen: list[tuple[int, int | None]] = field(default_factory=list)
+    """Stamps, and how old each was when it arrived, on the offset so far."""
+
+
+@dataclass
+class _Input:
+    offset_ns: int = 0
+    begun: bool = False
+    latest_ns: int | None = None
+    """Newest stamp let through, with its offset taken off."""
+    reference_ns: int | None = None
+    """What the IMU's clock said then."""
+    intervals: deque[int] = field(default_factory=lambda: deque(maxlen=KEPT))
+    ages: deque[int] = field(default_factory=lambda: deque(maxlen=KEPT))
+    trial: _Trial | None = None
+
+
+@dataclass
+class _Held:
+    name: str
+    sample: Any
+    carried: Any
+    age_ns: int | None
+    reference_ns: int | None
+    before_ns: int
+    """Offset before the trial."""
+    tried: bool = False
+    dropped: bool = False
+
+
+class ReceiverClock:
+    """Takes what arrives of all inputs, in order of arrival, and gives it on in that order.
+
+    A sample of the receiver whose stamp is not where it was due, while the IMU's clock did not
+    move as far, is held for about a second, with what follows of the receiver. If the new level
+    lasts, it is a step: from there on `stamp_ns` is put back on the old level and
+    `clock_offset_ns` says what was taken off. If not, all goes on untouched, as any other stamp.
+    The same is done at the start with an input that is more than 2 s off the IMU: of a constant
+    offset only arrival tells how large it is, so it is known to whole seconds, or else to 0.1 s.
+
+    Attributes:
+        refused: Samples left out, by reason.
+        said: What was found since it was last emptied by its owner, in words.
+    """
+
+    def __init__(self) -> None:
+        """Start without samples."""
+        self.refused: Counter[str] = Counter()
+        self.said: list[str] = []
+        self._inputs = {name: _Input() for name in STAMPED}
+        self._reference_ns: int | None = None
+        self._held: list[_Held] = []
+        self._offsets: deque[tuple[int, int]] = deque(maxlen=4 * KEPT)
+        """Stamps of the newest fixes as they came, and what was taken off them."""
+
+    def push(self, name: str, sample: Any, carried: Any = None) -> list[Passed]:
+        """Take one sample; return what goes on, in order of arrival.
+
+        Args:
+            name: The input; those that are neither receiver nor IMU go through.
+            sample: Has `stamp_ns`, or goes through.
+            carried: Handed on with it.
+        """
+        if name == REFERENCE:
+            return [*self._heard_reference(sample.stamp_ns), (name, sample, carried)]
+        if name in self._inputs:
+            return self._heard(name, sample, carried)
+        if name == SATELLITES and hasattr(sample, "stamp_ns"):
+            if not self._held:
+                return [(name, self._follows_fix(sample), carried)]
+            self._held.append(_Held(name, sample, carried, None, None, 0))
+            return []
+        return [(name, sample, carried)]
+
+    def push_run(self, name: str, samples: Sequence[Any]) -> Iterable[tuple[str, Sequence[Any]]]:
+        """Take successive samples of one input; return runs of what goes on."""
+        if name == REFERENCE and not self._held and samples:
+            self._reference_ns = samples[-1].stamp_ns
+            return [(name, samples)]
+        if name not in (REFERENCE, SATELLITES, *self._inputs):
+            return [(name, samples)]
+        runs: list[tuple[str, list[Any]]] = []
+        for sample in samples:
+            for of, one, _ in self.push(name, sample):
+                if not runs or runs[-1][0] != of:
+                    runs.append((of, []))
+                runs[-1][1].append(one)
+        return runs
+
+    def note_reference(self, stamp_ns: int) -> list[Passed]:
+        """Take only the stamp of an IMU sample, which itself goes another way."""
+        return self._heard_reference(stamp_ns)
+
+    def _heard_reference(self, stamp_ns: int) -> list[Passed]:
+        before_ns, self._reference_ns = self._reference_ns, stamp_ns
+        if not self._held:
+            return []
+        if before_ns is None or abs(stamp_ns - before_ns) > LEAP_NS:
+            self._leapt()
+        return self._decided()
+
+    def _leapt(self) -> None:
+        """Judge again once the IMU's clock has moved at once: a hole of all inputs has ended."""
+        assert self._reference_ns is not None
+        for source in self._inputs.values():
+            trial = source.trial
+            if trial is None or not trial.seen:
+                continue
+            age_ns = self._reference_ns - (trial.seen[-1][0] - source.offset_ns)
+            if trial.before_ns is None:
+                if abs(age_ns) <= AT_START_NS:
+                    source.begun, source.trial = True, None
+                elif trial.seen[-1][1] is None:  # the IMU begins
+                    trial.opened_ns, trial.seen = self._reference_ns, []
+            elif not _is_step(*self._moved(source, trial, [age_ns]), source):
+                source.trial = None
+
+    def _heard(self, name: str, sample: Any, carried: Any) -> list[Passed]:
+        source, stamp_ns = self._inputs[name], sample.stamp_ns
+        reference_ns, age_ns = self._reference_ns, None
+        if reference_ns is not None:
+            age_ns = reference_ns - (stamp_ns - source.offset_ns)
+        held = _Held(name, sample, carried, age_ns, reference_ns, source.offset_ns)
+        if source.trial is not None:
+            held.tried = self._goes_on(source, source.trial, name, stamp_ns, age_ns)
+        elif self._is_suspect(source, stamp_ns - source.offset_ns, age_ns):
+            before_ns = source.latest_ns if source.begun else None
+            source.trial = _Trial(before_ns, reference_ns, [(stamp_ns, age_ns)])
+            held.tried = True
+        elif not self._held:
+            return [self._let_through(held)]
+        self._held.append(held)
+        return self._decided()
+
+    def _is_suspect(self, source: _Input, stamp_ns: int, age_ns: int | None) -> bool:
+        """Whether a stamp, with the offset so far taken off, may be the first of a new level."""
+        if not source.begun:
+            return age_ns is None and source.latest_ns is None or abs(age_ns or 0) > AT_START_NS
+        if age_ns is None or source.latest_ns is None or stamp_ns == source.latest_ns:
+            return False
+        if min(len(source.intervals), len(source.ages)) < ENOUGH:
+            return False
+        off_ns = stamp_ns - source.latest_ns - _median(source.intervals)
+        shift_ns = _median(source.ages) - age_ns
+        return abs(off_ns) > SMALLEST_NS and _is_step(off_ns, shift_ns, source)
+
+    def _goes_on(
+        self, source: _Input, trial: _Trial, name: str, stamp_ns: int, age_ns: int | None
+    ) -> bool:
+        """Whether the next stamp belongs to the trial; it may end it."""
+        if trial.before_ns is not None and trial.seen:
+            longest_ns = _median(source.intervals) + SMALLEST_NS
+            follows_new = 0 < stamp_ns - trial.seen[-1][0] <= longest_ns
+            follows_old = 0 < stamp_ns - source.offset_ns - trial.before_ns <= longest_ns
+            if follows_old and not follows_new:
+                source.trial = None
+                return False
+            if not follows_new:  # another step: of what was in between nobody knows the time
+                trial.seen.clear()
+                for one in self._held:
+                    one.dropped |= one.tried and one.name == name
+        trial.seen.append((stamp_ns, age_ns))
+        return True
+
+    def _decided(self) -> list[Passed]:
+        """Everything held, once it is clear."""
+        trials = [one.trial for one in self._inputs.values() if one.trial is not None]
+        if trials and not any(map(self._is_due, trials)) and len(self._held) < MOST_HELD:
+            return []
+        for name, source in self._inputs.items():
+            self._conclude(name, source)
+        held, self._held = self._held, []
+        return [self._let_through(one) for one in held if not one.dropped]
+
+    def _is_due(self, trial: _Trial) -> bool:
+        now_ns = self._reference_ns
+        watched_ns = trial.seen[-1][0] - trial.seen[0][0] if trial.seen else 0
+        enough_ns = WATCHED_AT_START_NS if trial.before_ns is None else WATCHED_NS
+        if now_ns is None or trial.opened_ns is None:
+            return watched_ns >= enough_ns
+        moved_ns = abs(now_ns - trial.opened_ns)
+        if moved_ns >= GIVEN_UP_NS or watched_ns >= GIVEN_UP_NS:
+            return True
+        return watched_ns >= enough_ns and moved_ns >= enough_ns // 2
+
+    def _conclude(self, name: str, source: _Input) -> None:
+        """End an input's trial: take on its new offset, or leave the stamps as they are."""
+        trial, source.trial = source.trial, None
+        mine = [one for one in self._held if one.name == name and one.tried]
+        offset_ns = None
+        if trial is not None and all(age is not None for _, age in trial.seen) and trial.seen:
+            offset_ns = self._new_offset(source, trial, mine)
+        if offset_ns is None or offset_ns == source.offset_ns:
+            source.begun |= trial is not None and self._reference_ns is not None
+            for one in mine:
+                one.tried = one.dropped = False
+            return
+        fix_ns = self._inputs[STAMPED[0]].offset_ns
+        if name != STAMPED[0] and abs(offset_ns - fix_ns) <= AGREE_NS:
+            offset_ns = fix_ns
+        stepped_ns, source.offset_ns = offset_ns - source.offset_ns, offset_ns
+        if source.begun:
+            what = f"{name}: the receiver's time stepped by {stepped_ns / NANOSECONDS:+.1f} s"
+        else:
+            what = f"{name}: stamped {seconds_off(offset_ns)} of the IMU from the start"
+        self.said.append(f"{what}; taken off its stamps: {offset_ns / NANOSECONDS:.1f} s")
+        source.begun = True
+        self.refused[f"{name}: stamp unclear while the receiver's time stepped"] += sum(
+            one.dropped for one in mine
+        )
+
+    def _new_offset(self, source: _Input, trial: _Trial, mine: list[_Held]) -> int | None:
+        """The offset that a trial leads to; None if it was none."""
+        ages = [age for _, age in trial.seen if age is not None]
+        if trial.before_ns is None:
+            if min(map(abs, ages)) <= AT_START_NS or max(ages) - min(ages) > NANOSECONDS:
+                return None
+            if self._stands(trial):
+                return None
+            return _rounded(source.offset_ns - min(ages))
+        off_ns, shift_ns = self._moved(source, trial, ages)
+        newest_ns = _median(source.ages) - ages[-1]
+        if abs(newest_ns - shift_ns) > LATE_NS // 2 or not _is_step(off_ns, shift_ns, source):
+            return None
+        if self._stands(trial):
+            return None
+        usual_ns = _median(source.intervals)
+        lost = round((off_ns - shift_ns) / usual_ns)
+        if abs(lost) > FAR:
+            step_ns = _rounded(shift_ns)
+        else:
+            step_ns = off_ns - lost * usual_ns
+            for one_ns in (off_ns, step_ns):
+                near_ns = round(one_ns / NANOSECONDS) * NANOSECONDS
+                if near_ns and max(abs(one_ns - near_ns), abs(near_ns - shift_ns) - usual_ns) <= (
+                    WHOLE_NS
+                ):
+                    step_ns = near_ns
+                    break
+        if off_ns - step_ns >= GAP_NS:
+            for one in mine[:-1]:
+                one.dropped = True
+        offset_ns = source.offset_ns + step_ns
+        return 0 if abs(offset_ns) < SMALLEST_NS else offset_ns
+
+    def _stands(self, trial: _Trial) -> bool:
+        """Whether the IMU's clock did not move meanwhile: then it tells nothing."""
+        if self._reference_ns is None or trial.opened_ns is None:
+            return True
+        return abs(self._reference_ns - trial.opened_ns) < WATCHED_NS // 2
+
+    def _moved(self, source: _Input, trial: _Trial, ages: Sequence[int]) -> tuple[int, int]:
+        """How far stamps are from where they were due: by their interval, and by the IMU."""
+        assert trial.before_ns is not None
+        first_ns = trial.seen[0][0] - source.offset_ns
+        off_ns = first_ns - trial.before_ns - _median(source.intervals)
+        return off_ns, _median(source.ages) - _median(ages)
+
+    def _let_through(self, held: _Held) -> Passed:
+        if held.name == SATELLITES:
+            return held.name, self._follows_fix(held.sample), held.carried
+        source = self._inputs[held.name]
+        offset_ns = source.offset_ns if held.tried else held.before_ns
+        stamp_ns = held.sample.stamp_ns - offset_ns
+        if source.latest_ns is not None and 0 < stamp_ns - source.latest_ns <= 2 * NANOSECONDS:
+            source.intervals.append(stamp_ns - source.latest_ns)
+        if held.reference_ns is not None and held.age_ns is not None:
+            source.begun |= abs(held.age_ns) <= AT_START_NS
+            if held.reference_ns != source.reference_ns:  # the IMU lives
+                source.ages.append(held.reference_ns - stamp_ns)
+        source.latest_ns, source.reference_ns = stamp_ns, held.reference_ns
+        if held.name == STAMPED[0]:
+            self._offsets.append((held.sample.stamp_ns, offset_ns))
+        return held.name, _shifted(held.sample, offset_ns), held.carried
+
+    def _follows_fix(self, sample: Any) -> Any:
+        """A number of satellites with the offset of its fix."""
+        for stamp_ns, offset_ns in reversed(self._offsets):
+            if stamp_ns == sample.stamp_ns:
+                return _shifted(sample, offset_ns)
+        return _shifted(sample, self._inputs[STAMPED[0]].offset_ns)
+
+
+def seconds_off(offset_ns: int) -> str:
+    """An offset of stamps in words."""
+    return f"{abs(offset_ns) / NANOSECONDS:.1f} s {'ahead' if offset_ns > 0 else 'behind'}"
+
+
+def _is_step(off_ns: int, shift_ns: int, source: _Input) -> bool:
+    """Whether stamps moved rather than that samples were lost or late.
+
+    A stamp is `off_ns` from where it was due by the input's own interval, and `shift_ns` ahead of
+    where it was due on the IMU's clock: 0 if samples were lost, `off_ns` if the time stepped.
+    """
+    if abs(shift_ns) >= LATE_NS:
+        return True
+    spread_ns = max(source.ages) - min(source.ages)
+    return off_ns * shift_ns > 0 and abs(shift_ns) >= max(abs(off_ns) // 2, spread_ns)
+
+
+def _rounded(offset_ns: int) -> int:
+    """An offset known from arrival, so less what transport takes: whole seconds, or 0.1 s."""
+    guess_ns = offset_ns + NANOSECONDS // 10
+    whole_ns = round(guess_ns / NANOSECONDS) * NANOSECONDS
+    if abs(guess_ns - whole_ns) <= 3 * NANOSECONDS // 10:
+        return whole_ns
+    return round(offset_ns * 10 / NANOSECONDS) * NANOSECONDS // 10
+
+
+def _median(values: Iterable[int]) -> int:
+    return statistics.median_low(list(values))
+
+
+def _shifted(sample: Any, offset_ns: int) -> Any:
+    if not offset_ns:
+        return sample
+    changes: dict[str, int] = {"stamp_ns": sample.stamp_ns - offset_ns}
+    if hasattr(sample, "clock_offset_ns"):
+        changes["clock_offset_ns"] = offset_ns
+    return dataclasses.replace(sample, **changes)
