@@ -12,21 +12,14 @@ from rclpy.qos import QoSProfile
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import Imu
 
-<<<<<<< HEAD
-from hijack_detect.nodes.qos import OVERRIDES
-from hijack_detect.streams.absence import Absence
-from hijack_detect.streams.imu_bytes import FROM_BYTES
-from hijack_detect.streams.messages import CONVERTERS
-=======
 from hijack_detect.nodes.qos import OVERRIDES, SENSOR
+from hijack_detect.streams.absence import Absence
 from hijack_detect.streams.imu_bytes import FROM_BYTES, stamp_from_bytes
 from hijack_detect.streams.messages import CONVERTERS, header_stamp_ns
 from hijack_detect.streams.receiver_clock import Passed, ReceiverClock
 
-
 IMU_TOPIC = "imu/data_raw"
 """Its stamps tell the time, see `ReceiverClock`."""
->>>>>>> timestep
 
 
 @dataclass(frozen=True)

@@ -204,7 +204,7 @@ class ReceiverClock:
     def _is_suspect(self, source: _Input, stamp_ns: int, age_ns: int | None) -> bool:
         """Whether a stamp, with the offset so far taken off, may be the first of a new level."""
         if not source.begun:
-            return age_ns is None and source.latest_ns is None or abs(age_ns or 0) > AT_START_NS
+            return (age_ns is None and source.latest_ns is None) or abs(age_ns or 0) > AT_START_NS
         if age_ns is None or source.latest_ns is None or stamp_ns == source.latest_ns:
             return False
         if min(len(source.intervals), len(source.ages)) < ENOUGH:
