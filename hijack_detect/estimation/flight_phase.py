@@ -23,8 +23,8 @@ from hijack_detect.streams.samples import (
     VelocitySample,
 )
 
-EVALUATE_NS = NANOSECONDS // 2
-"""A phase is decided this often."""
+EVALUATE_NS = NANOSECONDS // 5
+"""A phase is decided this often: those that wait for it lose no more."""
 WINDOW_NS = NANOSECONDS
 """Deviations of the IMU are over this time, or over `LEAST_SAMPLES` where that is longer."""
 LEAST_SAMPLES = 8
@@ -172,7 +172,7 @@ class _Motion:
 
 
 class FlightPhaseEstimator:
-    """Decides twice a second on the stamps of the IMU.
+    """Decides five times a second on the stamps of the IMU.
 
     Take-off is seen as height over the ground, as speed, or as climb of a vehicle that is
     disturbed. Rest after a flight is seen as the deviations of gyroscope and accelerometer

@@ -6,6 +6,7 @@
 MONITOR = (
     "attitude_estimator",
     "gps_angle",
+    "flight_phase",
     "correlation_detector",
     "date_detector",
     "kld_detector",

@@ -23,6 +23,7 @@ from hijack_detect.nodes.composition_parameters import CompositionParameters
 from hijack_detect.nodes.correlation_detector import CorrelationDetectorNode
 from hijack_detect.nodes.date_detector import DateDetectorNode
 from hijack_detect.nodes.drag_detector import DragDetectorNode
+from hijack_detect.nodes.flight_phase import FlightPhaseNode
 from hijack_detect.nodes.fusion import FusionNode
 from hijack_detect.nodes.gnss_sanity import GnssSanityNode
 from hijack_detect.nodes.gps_angle import GpsAngleNode
@@ -34,6 +35,7 @@ from hijack_detect.nodes.running import run_composed
 KINDS = (
     AttitudeEstimatorNode,
     GpsAngleNode,
+    FlightPhaseNode,
     CorrelationDetectorNode,
     DateDetectorNode,
     KldDetectorNode,

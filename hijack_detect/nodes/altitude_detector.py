@@ -1,10 +1,10 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """GPS height against the barometer, and against the vertical specific force.
 
-Subscribes imu/data, pressure (sensor_msgs/FluidPressure, Pa), gps/vel (ENU) and gps/fix; pressure
-and gps/vel may be absent. Publishes altitude/verdict (DiagnosticArray), altitude/hijacked (Bool),
-altitude/margin (score over threshold, Float64) and altitude/difference (GPS height less barometer
-less reference, m, Float64).
+Subscribes flight_phase, imu/data, pressure (sensor_msgs/FluidPressure, Pa), gps/vel (ENU) and
+gps/fix; pressure and gps/vel may be absent. Publishes altitude/verdict (DiagnosticArray),
+altitude/hijacked (Bool), altitude/margin (score over threshold, Float64) and altitude/difference
+(GPS height less barometer less reference, m, Float64).
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from hijack_detect.detectors.altitude_parameters import AltitudeParameters
 from hijack_detect.nodes.detector_node import DetectorNode
 from hijack_detect.nodes.qos import INTERNAL, SENSOR
 from hijack_detect.nodes.running import run
-from hijack_detect.nodes.wiring import Topics, Wiring, sensor_input
+from hijack_detect.nodes.wiring import Topics, Wiring, phase_input, sensor_input
 
 
 class AltitudeDetectorNode(DetectorNode[AltitudeParameters]):
@@ -26,6 +26,7 @@ class AltitudeDetectorNode(DetectorNode[AltitudeParameters]):
     def __init__(self, wiring: Wiring) -> None:
         """Subscribe and advertise; see StageNode."""
         inputs = {
+            "phase": phase_input(),
             "attitude": sensor_input("attitude", "imu/data", Imu, INTERNAL),
             "pressure": sensor_input("pressure", "pressure", FluidPressure, SENSOR),
             "velocity": sensor_input("velocity", "gps/vel", TwistStamped, SENSOR),

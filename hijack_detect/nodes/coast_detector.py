@@ -1,11 +1,11 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Inertial consistency: an acceleration of the GPS that the IMU did not feel.
 
-Subscribes imu/data_raw, gps/fix, gps/vel (ENU) and mag; the last two may be absent. Publishes
-coast/verdict (DiagnosticArray), coast/hijacked (Bool), coast/margin (score over threshold,
-Float64), and as Float64 coast/score and coast/threshold (standard deviations), coast/acceleration
-(m/s^2), coast/direction (rad, counter-clockwise from East) and coast/smallest_visible (m/s^2: what
-it could see now).
+Subscribes flight_phase, imu/data_raw, gps/fix, gps/vel (ENU) and mag; the last two may be absent.
+Publishes coast/verdict (DiagnosticArray), coast/hijacked (Bool), coast/margin (score over
+threshold, Float64), and as Float64 coast/score and coast/threshold (standard deviations),
+coast/acceleration (m/s^2), coast/direction (rad, counter-clockwise from East) and
+coast/smallest_visible (m/s^2: what it could see now).
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from hijack_detect.detectors.coast_parameters import CoastParameters
 from hijack_detect.nodes.detector_node import DetectorNode
 from hijack_detect.nodes.qos import SENSOR
 from hijack_detect.nodes.running import run
-from hijack_detect.nodes.wiring import Topics, Wiring, sensor_input
+from hijack_detect.nodes.wiring import Topics, Wiring, phase_input, sensor_input
 
 
 class CoastDetectorNode(DetectorNode[CoastParameters]):
@@ -27,6 +27,7 @@ class CoastDetectorNode(DetectorNode[CoastParameters]):
     def __init__(self, wiring: Wiring) -> None:
         """Subscribe and advertise; see StageNode."""
         inputs = {
+            "phase": phase_input(),
             "imu": sensor_input("imu", "imu/data_raw", Imu, SENSOR),
             "velocity": sensor_input("velocity", "gps/vel", TwistStamped, SENSOR),
             "mag": sensor_input("mag", "mag", MagneticField, SENSOR),

@@ -1,9 +1,9 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Consistency of the GPS stream with itself: jumps, freezes, impossible motion, stamps.
 
-Subscribes gps/fix, gps/vel (ENU) and gps/satellites (UInt32); the last two may be absent.
-Publishes gnss/verdict (DiagnosticArray, with the margin of every check), gnss/hijacked (Bool),
-gnss/margin (score over threshold, Float64), and the margins gnss/jump, gnss/freeze,
+Subscribes flight_phase, gps/fix, gps/vel (ENU) and gps/satellites (UInt32); the last two may be
+absent. Publishes gnss/verdict (DiagnosticArray, with the margin of every check), gnss/hijacked
+(Bool), gnss/margin (score over threshold, Float64), and the margins gnss/jump, gnss/freeze,
 gnss/velocity_mismatch and gnss/velocity_mismatch_limit (part of the full limits in force) as
 Float64. More than one publisher on gps/fix is told on /diagnostics; the verdict depends on stamped
 messages alone and looks for what two streams do.
@@ -24,7 +24,7 @@ from hijack_detect.nodes.detector_node import DetectorNode
 from hijack_detect.nodes.publishers import PublisherWatch
 from hijack_detect.nodes.qos import SENSOR
 from hijack_detect.nodes.running import run
-from hijack_detect.nodes.wiring import Input, Topics, Wiring, sensor_input
+from hijack_detect.nodes.wiring import Input, Topics, Wiring, phase_input, sensor_input
 from hijack_detect.streams.headerless import SatelliteStamps
 from hijack_detect.streams.messages import satellite_count
 
@@ -43,6 +43,7 @@ class GnssSanityNode(DetectorNode[GnssSanityParameters]):
     def __init__(self, wiring: Wiring) -> None:
         """Subscribe and advertise; see StageNode."""
         inputs = {
+            "phase": phase_input(),
             "fix": sensor_input("fix", FIX, NavSatFix, SENSOR),
             "velocity": sensor_input("velocity", "gps/vel", TwistStamped, SENSOR),
             "satellites": Input("gps/satellites", UInt32, SENSOR, satellite_count),

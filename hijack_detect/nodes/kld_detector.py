@@ -1,11 +1,11 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Kullback-Leibler divergence of GPS statistics: Basan et al. 2022.
 
-Subscribes gps/fix, gps/vel (ENU) and gps/satellites (UInt32); the last two may be absent.
-Publishes kld/verdict (DiagnosticArray, with the two divergences of every parameter), kld/hijacked
-(Bool), kld/margin (score over threshold, Float64), kld/divergence (of the parameter that decides,
-nats, Float64) and kld/code (UInt8: 111 attack, 110 no attack, nothing while it cannot tell).
-Service ~/reset (std_srvs/Trigger) takes a kept alarm back.
+Subscribes flight_phase, gps/fix, gps/vel (ENU) and gps/satellites (UInt32); the last two may be
+absent. Publishes kld/verdict (DiagnosticArray, with the two divergences of every parameter),
+kld/hijacked (Bool), kld/margin (score over threshold, Float64), kld/divergence (of the parameter
+that decides, nats, Float64) and kld/code (UInt8: 111 attack, 110 no attack, nothing while it cannot
+tell). Service ~/reset (std_srvs/Trigger) takes a kept alarm back.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from hijack_detect.nodes.detector_node import DetectorNode
 from hijack_detect.nodes.outlet import Outlet
 from hijack_detect.nodes.qos import SENSOR
 from hijack_detect.nodes.running import run
-from hijack_detect.nodes.wiring import Input, Topics, Wiring, sensor_input
+from hijack_detect.nodes.wiring import Input, Topics, Wiring, phase_input, sensor_input
 from hijack_detect.streams.headerless import SatelliteStamps
 from hijack_detect.streams.messages import satellite_count
 
@@ -42,6 +42,7 @@ class KldDetectorNode(DetectorNode[KldParameters]):
     def __init__(self, wiring: Wiring) -> None:
         """Subscribe and advertise; see StageNode."""
         inputs = {
+            "phase": phase_input(),
             "fix": sensor_input("fix", "gps/fix", NavSatFix, SENSOR),
             "velocity": sensor_input("velocity", "gps/vel", TwistStamped, SENSOR),
             "satellites": Input("gps/satellites", UInt32, SENSOR, satellite_count),

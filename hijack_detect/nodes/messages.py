@@ -14,7 +14,7 @@ from sensor_msgs.msg import Imu
 from hijack_detect.detectors.fusion import FusionResult
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.streams.messages import BadMessage, header_stamp_ns, only_status
-from hijack_detect.streams.samples import NANOSECONDS, AttitudeSample, CourseSample
+from hijack_detect.streams.samples import NANOSECONDS, AttitudeSample, CourseSample, PhaseSample
 
 LEVELS = {
     State.NOT_READY: DiagnosticStatus.OK,
@@ -37,6 +37,25 @@ def time_message(stamp_ns: int) -> Time:
     """A stamp in nanoseconds as `builtin_interfaces/Time`."""
     seconds, nanoseconds = divmod(stamp_ns, NANOSECONDS)
     return Time(sec=seconds, nanosec=nanoseconds)
+
+
+def phase_message(sample: PhaseSample) -> DiagnosticArray:
+    """The phase of the flight as one diagnostic status; `streams.messages` reads it back."""
+    message = DiagnosticArray()
+    message.header.stamp = time_message(sample.stamp_ns)
+    status = DiagnosticStatus(
+        level=DiagnosticStatus.WARN if sample.imu_fault else DiagnosticStatus.OK,
+        name="flight_phase",
+        message=sample.reason,
+    )
+    status.values = [
+        KeyValue(key="phase", value=sample.phase.value),
+        KeyValue(key="since_ns", value=str(sample.since_ns)),
+        KeyValue(key="imu_rate_hz", value=repr(sample.imu_rate_hz)),
+        KeyValue(key="imu_fault", value=sample.imu_fault),
+    ]
+    message.status = [status]
+    return message
 
 
 def imu_message(sample: AttitudeSample, frame_id: str) -> Imu:

@@ -7,12 +7,13 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import Imu
 
-from hijack_detect.nodes.qos import OVERRIDES, SENSOR
+from hijack_detect.nodes.qos import INTERNAL, OVERRIDES, SENSOR
 from hijack_detect.streams.absence import Absence
 from hijack_detect.streams.imu_bytes import FROM_BYTES, stamp_from_bytes
 from hijack_detect.streams.messages import CONVERTERS, header_stamp_ns
@@ -20,6 +21,9 @@ from hijack_detect.streams.receiver_clock import Passed, ReceiverClock
 
 IMU_TOPIC = "imu/data_raw"
 """Its stamps tell the time, see `ReceiverClock`."""
+
+
+PHASE_TOPIC = "flight_phase"
 
 
 @dataclass(frozen=True)
@@ -48,6 +52,11 @@ class Input:
 def sensor_input(name: str, topic: str, message_type: type, qos: QoSProfile) -> Input:
     """An input converted by the converter of its name."""
     return Input(topic, message_type, qos, CONVERTERS[name], FROM_BYTES.get(name))
+
+
+def phase_input() -> Input:
+    """The phase of the flight, from the node flight_phase."""
+    return sensor_input("phase", PHASE_TOPIC, DiagnosticArray, INTERNAL)
 
 
 class Hearer(Protocol):

@@ -19,6 +19,8 @@ from hijack_detect.streams.samples import (
     FixSample,
     ImuSample,
     MagneticSample,
+    Phase,
+    PhaseSample,
     PressureSample,
     Quaternion,
     SatelliteSample,
@@ -146,6 +148,27 @@ def course_sample(message: Any) -> CourseSample:
     )
 
 
+def phase_sample(message: Any) -> PhaseSample:
+    """Convert the `diagnostic_msgs/DiagnosticArray` of flight_phase. Raises BadMessage."""
+    status = only_status(message)
+    values = {pair.key: pair.value for pair in status.values}
+    try:
+        return PhaseSample(
+            header_stamp_ns(message),
+            Phase(values["phase"]),
+            int(values["since_ns"]),
+            status.message,
+            _within(float(values["imu_rate_hz"]), "imu_rate_hz", 0.0, math.inf),
+            values["imu_fault"],
+        )
+    except KeyError as error:
+        raise BadMessage(f"the phase of the flight has no {error}") from error
+    except BadMessage:
+        raise
+    except ValueError as error:
+        raise BadMessage(f"the phase of the flight: {error}") from error
+
+
 def satellite_count(message: Any) -> int:
     """The number in a `std_msgs/UInt32` of satellites in use. Raises BadMessage.
 
@@ -164,6 +187,7 @@ CONVERTERS: dict[str, Callable[[Any], Any]] = {
     "pressure": pressure_sample,
     "attitude": attitude_sample,
     "course": course_sample,
+    "phase": phase_sample,
 }
 """Converter of each input that has a header, by the input's name."""
 

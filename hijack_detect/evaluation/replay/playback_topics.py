@@ -15,7 +15,7 @@ TRUTH_TYPE = "std_msgs/msg/Bool"
 _ANSWERS = re.compile(
     r"(.*/)?(hijack_alert|hijack_confidence|spoof_active|verdict|hijacked)"
     r"|(correlation|date|kld|coast|drag|gnss|altitude|heading)/.*"
-    r"|imu/data|yaw|gps_angle|gps/course"
+    r"|imu/data|yaw|gps_angle|gps/course|flight_phase"
 )
 """What the nodes of this package say, by the relative name."""
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*)*")

@@ -1,0 +1,64 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
+"""Phase of the flight and health of the IMU, which tell the detectors when they may judge.
+
+Subscribes imu/data_raw, pressure, gps/vel (ENU) and gps/fix; all but the first may be absent.
+Publishes flight_phase (diagnostic_msgs/DiagnosticArray with the stamp of the IMU sample: phase is
+unknown, standing, handled, flying, landing or crashed; since_ns; imu_rate_hz; imu_fault, empty
+while the IMU can be used; the message says why), five times a second.
+"""
+
+from __future__ import annotations
+
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import TwistStamped
+from sensor_msgs.msg import FluidPressure, Imu, NavSatFix
+
+from hijack_detect.estimation.flight_phase import FlightPhaseEstimator, FlightPhaseParameters
+from hijack_detect.nodes.messages import phase_message
+from hijack_detect.nodes.outlet import Outlet
+from hijack_detect.nodes.qos import SENSOR
+from hijack_detect.nodes.running import run
+from hijack_detect.nodes.stage_node import StageNode
+from hijack_detect.nodes.wiring import PHASE_TOPIC, Topics, Wiring, sensor_input
+from hijack_detect.streams.samples import PhaseSample
+
+
+class FlightPhaseNode(StageNode[FlightPhaseParameters]):
+    """Runs `FlightPhaseEstimator`."""
+
+    def __init__(self, wiring: Wiring) -> None:
+        """Subscribe and advertise; see StageNode."""
+        inputs = {
+            "imu": sensor_input("imu", "imu/data_raw", Imu, SENSOR),
+            "pressure": sensor_input("pressure", "pressure", FluidPressure, SENSOR),
+            "velocity": sensor_input("velocity", "gps/vel", TwistStamped, SENSOR),
+            "fix": sensor_input("fix", "gps/fix", NavSatFix, SENSOR),
+        }
+        super().__init__(
+            "flight_phase",
+            FlightPhaseParameters,
+            FlightPhaseEstimator,
+            inputs,
+            wiring,
+            output=PHASE_TOPIC,
+        )
+        self._phase = Outlet(self, DiagnosticArray, PHASE_TOPIC, wiring.rate_hz)
+        self._last: tuple[object, str] | None = None
+
+    def publish_output(self, output: PhaseSample) -> None:
+        """Publish flight_phase, and log its changes."""
+        now = (output.phase, output.imu_fault)
+        news, self._last = now != self._last, now
+        self._phase.publish(output.stamp_ns, lambda: phase_message(output), change=news)
+        if news:
+            fault = f"; {output.imu_fault}" if output.imu_fault else ""
+            self.log.info(f"{output.phase.value}: {output.reason}{fault}")
+
+
+def main() -> None:
+    """Run the node."""
+    run(lambda: FlightPhaseNode(Topics()), __doc__ or "")
+
+
+if __name__ == "__main__":
+    main()
