@@ -26,10 +26,11 @@ from hijack_detect.evaluation.monitor.graph import DETECTORS
 from hijack_detect.nodes.messages import (
     course_message,
     imu_message,
+    phase_message,
     time_message,
     verdict_message,
 )
-from hijack_detect.streams.samples import AttitudeSample, CourseSample
+from hijack_detect.streams.samples import AttitudeSample, CourseSample, Phase, PhaseSample
 
 START_NS = 1_700_000_000 * SECOND
 GPS_NS = SECOND // 5
@@ -96,6 +97,10 @@ def satellites(_: int, count: int = 12) -> UInt32:
 
 def verdict(stamp_ns: int, detector: str = "date", score: float = 0.1) -> DiagnosticArray:
     return verdict_message(Verdict(detector, stamp_ns, State.NORMAL, score, 1.0, "calm"))
+
+
+def phase(stamp_ns: int) -> DiagnosticArray:
+    return phase_message(PhaseSample(stamp_ns, Phase.FLYING, stamp_ns, "flies", 100.0))
 
 
 def no_status(stamp_ns: int) -> DiagnosticArray:
@@ -183,6 +188,12 @@ DATE = Input(
         "has score nan": lambda stamp: verdict(stamp, score=math.nan),
     },
 )
+PHASE = Input(
+    "phase",
+    "flight_phase",
+    phase,
+    {"a verdict has one status, this has 0": no_status},
+)
 VERDICTS = [
     Input(name, f"{name}/verdict", partial(verdict, detector=name))
     for name in DETECTORS
@@ -198,14 +209,15 @@ SATELLITES = Input(
 
 NODES: dict[str, tuple[list[Input], type, str]] = {
     "attitude_estimator": ([RAW_IMU, FIX, VELOCITY, MAG], Imu, "imu/data"),
+    "flight_phase": ([RAW_IMU, PRESSURE, VELOCITY, FIX], DiagnosticArray, "flight_phase"),
     "gps_angle": ([FIX], QuaternionStamped, "gps/course"),
     "correlation_detector": ([ATTITUDE, COURSE], DiagnosticArray, "correlation/verdict"),
-    "date_detector": ([ATTITUDE, FIX, VELOCITY], DiagnosticArray, "date/verdict"),
-    "kld_detector": ([FIX, VELOCITY, SATELLITES], DiagnosticArray, "kld/verdict"),
-    "coast_detector": ([RAW_IMU, VELOCITY, MAG, FIX], DiagnosticArray, "coast/verdict"),
-    "gnss_sanity": ([FIX, VELOCITY, SATELLITES], DiagnosticArray, "gnss/verdict"),
+    "date_detector": ([PHASE, ATTITUDE, FIX, VELOCITY], DiagnosticArray, "date/verdict"),
+    "kld_detector": ([PHASE, FIX, VELOCITY, SATELLITES], DiagnosticArray, "kld/verdict"),
+    "coast_detector": ([PHASE, RAW_IMU, VELOCITY, MAG, FIX], DiagnosticArray, "coast/verdict"),
+    "gnss_sanity": ([PHASE, FIX, VELOCITY, SATELLITES], DiagnosticArray, "gnss/verdict"),
     "altitude_detector": (
-        [ATTITUDE, PRESSURE, VELOCITY, FIX],
+        [PHASE, ATTITUDE, PRESSURE, VELOCITY, FIX],
         DiagnosticArray,
         "altitude/verdict",
     ),
@@ -214,7 +226,7 @@ NODES: dict[str, tuple[list[Input], type, str]] = {
         DiagnosticArray,
         "heading/verdict",
     ),
-    "drag_detector": ([ATTITUDE, FIX, VELOCITY], DiagnosticArray, "drag/verdict"),
+    "drag_detector": ([PHASE, ATTITUDE, FIX, VELOCITY], DiagnosticArray, "drag/verdict"),
     "fusion": ([DATE, *VERDICTS], DiagnosticArray, "fusion/verdict"),
 }
 """Inputs of each node and its output."""

@@ -45,7 +45,12 @@ from hijack_detect.streams.messages import BadMessage
 ROOT = Path(__file__).parents[2]
 Attempt = Callable[[bytes], bool]
 """Whether the bytes were accepted; what it raises is a defect."""
-KINDS = {**TYPES, "attitude": TYPES["imu"], "course": "geometry_msgs/msg/QuaternionStamped"}
+KINDS = {
+    **TYPES,
+    "attitude": TYPES["imu"],
+    "course": "geometry_msgs/msg/QuaternionStamped",
+    "phase": "diagnostic_msgs/msg/DiagnosticArray",
+}
 VERDICT = "diagnostic_msgs/msg/DiagnosticArray"
 
 

@@ -67,7 +67,7 @@ SAMPLES: dict[str, st.SearchStrategy[Any]] = {
 }
 
 
-@pytest.mark.parametrize("name", CONVERTERS)
+@pytest.mark.parametrize("name", SAMPLES)
 @given(data=st.data())
 def test_every_sample_comes_back(name: str, data: st.DataObject) -> None:
     sample = data.draw(SAMPLES[name])

@@ -51,7 +51,7 @@ def test_a_constant_offset_alarms_and_says_what_wind_it_needs() -> None:
     said = fly(110.0, offset=6.0)
     alarm = next(one for one in said if one.state is State.ALARM)
     assert 60.0 < alarm.stamp_ns / 1e9 < 95.0
-    assert alarm.reason.startswith("needs a wind change of ")
+    assert alarm.reason.startswith("The GPS velocity needs a wind change of ")
     assert said[-1].state is State.ALARM
     assert abs(said[-1].values["wind_change"] - 6.0) < 1.0
 

@@ -27,6 +27,7 @@ from hijack_detect.parameters import Parameters
 FLOATS = {
     "attitude_estimator": ("gps_lag_s", 1.5, "[0.0, 1.0] s"),
     "gps_angle": ("min_speed", -1.0, "[0.0, 50.0] m/s"),
+    "flight_phase": ("takeoff_height", 0.0, "[0.3, 50.0] m"),
     "correlation_detector": ("mu_deg", 200.0, "[0.1, 180.0] deg"),
     "date_detector": ("threshold", 0.0, "[0.05, 50.0] m/s²"),
     "coast_detector": ("longest_s", 37.0, "[3.0, 36.0] s"),
@@ -185,6 +186,7 @@ def test_help_says_what_each_node_does(graph: Graph) -> None:
 TOPICS = {
     "attitude_estimator": ("imu/data_raw", "gps/fix", "gps/vel", "mag", "imu/data", "yaw"),
     "gps_angle": ("gps/fix", "gps/course", "gps_angle"),
+    "flight_phase": ("imu/data_raw", "pressure", "gps/vel", "gps/fix", "flight_phase"),
     "all": ("imu/data_raw", "gps/satellites", "hijack_alert", "publish_rate"),
     "correlation_detector": (
         "imu/data",
