@@ -140,6 +140,8 @@ def _check(part: str, output: Any) -> None:
         numbers = (output.confidence,)
     elif isinstance(output, AttitudeSample):
         numbers = output.orientation or ()
+    elif isinstance(output, PhaseSample):
+        numbers = (output.imu_rate_hz,)
     else:
         assert isinstance(output, CourseSample)
         numbers = (output.qz, output.qw)

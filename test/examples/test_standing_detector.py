@@ -127,5 +127,5 @@ def test_its_node_says_the_same_and_a_fusion_alerts(graph: Graph, bag: Path) -> 
     assert len(told) > len(wanted) - 3
     assert len(distance.messages) == len(told)
     graph.spin_until(lambda: alert.messages and alert.messages[-1].data, "the alert")
-    assert "standing alarm" in fusion.output
+    assert "[standing, " in fusion.output
     assert [one.interrupt() for one in (node, fusion)] == [0, 0]
