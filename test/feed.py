@@ -203,7 +203,7 @@ SATELLITES = Input(
     "satellites",
     "gps/satellites",
     satellites,
-    {"data is 255, not within [0, 200]": lambda stamp: satellites(stamp, 255)},
+    {"data is 250, not within [0, 200]": lambda stamp: satellites(stamp, 250)},
     stamped=False,
 )
 

@@ -26,6 +26,7 @@ from hijack_detect.streams.samples import (
     NANOSECONDS,
     AttitudeSample,
     CourseSample,
+    PhaseSample,
     Sample,
     SatelliteSample,
 )

@@ -36,7 +36,7 @@ class FlightNotes:
     start_ns: int
     """Log time of the bag's first message; scenario times count from here."""
     rejected: Rejected = field(default_factory=Rejected)
-    absence: Absence = field(default_factory=Absence)
+    absence: Absence = field(default_factory=Absence, compare=False)
     """Which components of the inputs were not measured."""
     separations: list[tuple[int, float]] = field(default_factory=list)
     """Stamp of each fix and metres between the true and the reported position."""

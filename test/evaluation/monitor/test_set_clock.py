@@ -44,8 +44,10 @@ def set_by(samples: Callable[..., Sent], flight: Callable[..., object]) -> Calla
 def test_the_clock_behind_all_stamps(set_by: Callable[..., Sent], seconds: float) -> None:
     said = results(set_by(seconds, *INPUTS))
     assert not any(one.alert for one in said)
-    assert said[-1].state.name == "NORMAL"
+    assert said[-1].state.name in ("NORMAL", "NOT_READY")  # 20 s of flight after the restart
 
 
 def test_the_clock_of_the_receiver_alone(set_by: Callable[..., Sent]) -> None:
-    assert any(one.alert for one in results(set_by(-2.0, "fix", "velocity")))
+    said = results(set_by(-2.0, "fix", "velocity"))
+    assert not any(one.alert for one in said)  # by itself it is innocent
+    assert any("stepped by -2.0 s" in one.detectors["gnss"].reason for one in said)

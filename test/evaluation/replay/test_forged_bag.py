@@ -54,7 +54,8 @@ def test_copy_replay_and_offline_run_agree(
         true = offline(reader, None)
     with BagReader(tmp_path / "copy") as copy:
         topics = copy.inputs("auto")
-        assert [one for one in read_samples(copy, topics) if one[0] in GPS] == wanted
+        read = [one for one in read_samples(copy, topics) if one[0] in GPS]
+        assert list(map(repr, read)) == list(map(repr, wanted))  # NaN is no number
         copied = {
             topic: [one.data for one in copy.messages({topic})]
             for input_name, topic in topics.items()
@@ -131,7 +132,7 @@ def test_a_count_has_the_stamp_of_the_last_usable_fix_before_it(tmp_path: Path) 
     _, counts = fixes_and_counts(tmp_path / "copy")
     assert counts[:2] == [3, 3] and 30 <= counts[2] <= 40 and counts[3] == 255
     assert wanted == counts[1:3]
-    assert done.refused.total == 2
+    assert done.refused.total == 1
 
 
 def _at(log_ns: int, count: int) -> tuple[str, int, bytes]:

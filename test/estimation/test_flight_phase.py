@@ -1,0 +1,129 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
+"""Standing, taking off, hovering, landing, hands and crashes, from synthetic sensors."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hijack_detect.estimation.flight_phase import FlightPhaseEstimator, FlightPhaseParameters
+from hijack_detect.streams.samples import (
+    NANOSECONDS,
+    ImuSample,
+    Phase,
+    PhaseSample,
+    PressureSample,
+    VelocitySample,
+)
+
+RATE_HZ = 50
+METRE_PA = 12.0
+G = 9.80665
+
+
+class Vehicle:
+    """Makes samples of successive pieces of a flight."""
+
+    def __init__(self, *, barometer: bool = True) -> None:
+        self.estimator = FlightPhaseEstimator(FlightPhaseParameters())
+        self.rng = np.random.default_rng(5)
+        self.height, self.step, self.barometer = 0.0, 0, barometer
+        self.said: list[PhaseSample] = []
+
+    def go(
+        self,
+        seconds: float,
+        gyro: float = 0.005,
+        force: float = 0.03,
+        *,
+        climb: float = 0.0,
+        speed: float = 0.0,
+        up: tuple[float, float, float] = (0.0, 0.0, 1.0),
+    ) -> Phase:
+        for _ in range(round(seconds * RATE_HZ)):
+            self.step += 1
+            stamp = self.step * NANOSECONDS // RATE_HZ
+            self.height += climb / RATE_HZ
+            if self.barometer and self.step % 5 == 0:
+                pascal = 95_000.0 - METRE_PA * self.height + self.rng.normal(0.0, 1.0)
+                self.estimator.update("pressure", PressureSample(stamp - 1, pascal))
+            if self.step % 10 == 0:
+                self.estimator.update("velocity", VelocitySample(stamp - 1, (speed, 0.1, climb)))
+            turn = self.rng.normal(0.0, gyro / 3**0.5, 3).tolist()
+            felt = (np.array(up) * G + self.rng.normal(0.0, force / 3**0.5, 3)).tolist()
+            out = self.estimator.update("imu", ImuSample(stamp, tuple(turn), tuple(felt)))
+            if out is not None:
+                self.said.append(out)
+        return self.said[-1].phase
+
+
+def test_a_flight_from_rest_to_rest() -> None:
+    one = Vehicle()
+    assert one.go(10.0) is Phase.STANDING
+    assert one.go(4.0, 0.15, 0.4, climb=1.0) is Phase.FLYING
+    assert one.go(60.0, 0.08, 0.3) is Phase.FLYING
+    assert one.go(3.8, 0.1, 0.3, climb=-1.0) in (Phase.FLYING, Phase.LANDING)
+    assert one.go(6.0) is Phase.STANDING
+
+
+def test_a_hover_that_is_as_quiet_as_rest_is_flight() -> None:
+    one = Vehicle()
+    one.go(10.0, 0.02, 0.2)
+    one.go(4.0, 0.15, 0.4, climb=1.0)
+    assert one.go(300.0, 0.02, 0.2) is Phase.FLYING
+    assert {sample.phase for sample in one.said[-1400:]} == {Phase.FLYING}
+
+
+def test_speed_and_climb_tell_without_a_barometer() -> None:
+    fast, rising = Vehicle(barometer=False), Vehicle(barometer=False)
+    for one in (fast, rising):
+        assert one.go(5.0) is Phase.STANDING
+    assert fast.go(3.0, 0.15, 0.4, speed=5.0) is Phase.FLYING
+    assert rising.go(3.0, 0.15, 0.4, climb=1.5) is Phase.FLYING
+
+
+def test_a_receiver_that_settles_beside_a_quiet_imu_is_no_flight() -> None:
+    one = Vehicle(barometer=False)
+    assert one.go(30.0, speed=3.0, climb=2.0) in (Phase.UNKNOWN, Phase.STANDING)
+
+
+def test_a_hand_and_a_crash() -> None:
+    one = Vehicle()
+    one.go(5.0)
+    tilted = (0.8, 0.0, 0.6)
+    assert one.go(4.0, 0.5, 0.5, up=tilted) is Phase.HANDLED
+    one = Vehicle()
+    one.go(5.0)
+    one.go(4.0, 0.15, 0.4, climb=1.0)
+    one.go(5.0, 0.1, 0.3, speed=6.0)
+    assert one.go(3.0, 0.02, 0.1, up=(0.0, 0.3, -0.95)) is Phase.CRASHED
+
+
+def test_a_monitor_that_starts_in_a_hover_judges_after_20_s() -> None:
+    one = Vehicle()
+    assert one.go(25.0, 0.08, 0.3) is Phase.FLYING
+
+
+def test_clipping_vibration_and_scale_are_named() -> None:
+    one = Vehicle()
+    one.go(6.0, up=(0.0, 0.0, 1.0 / G))
+    assert "at rest the specific force is 1.0" in one.said[-1].imu_fault
+    shaken = Vehicle()
+    shaken.go(5.0)
+    shaken.go(5.0, 0.2, 20.0, climb=1.0)
+    assert "vibrates" in shaken.said[-1].imu_fault
+    clean = Vehicle()
+    clean.go(5.0)
+    clean.go(20.0, 0.15, 1.0, climb=1.0)
+    assert {sample.imu_fault for sample in clean.said} == {""}
+    assert clean.said[-1].imu_rate_hz == 50.0
+
+
+@settings(max_examples=50)
+@given(st.lists(st.tuples(*[st.floats(-1000.0, 1000.0)] * 6), min_size=1, max_size=200))
+def test_no_readings_break_it(readings: list[tuple[float, ...]]) -> None:
+    one = FlightPhaseEstimator(FlightPhaseParameters())
+    for at, values in enumerate(readings):
+        stamp = (at + 1) * NANOSECONDS // 20
+        one.update("imu", ImuSample(stamp, values[:3], values[3:]))  # type: ignore[arg-type]
