@@ -61,6 +61,9 @@ LEAN, LYING = math.cos(math.radians(35.0)), math.cos(math.radians(60.0))
 as large as gravity, it hangs in a hand or lies on its side."""
 SLOW = 3.0
 """m/s: aerobatics are faster, and hands slower."""
+LANDED_M, LANDED_SHARE = 3.0, 0.5
+"""A vehicle higher over its take-off than this, and than this share of the flight's height, has
+not landed, however quiet its hover is."""
 LOW_M, SINKING = 1.5, -0.2
 """A landing: lower than this over the take-off, climbing at less than this, m/s, for 1 s."""
 HANDLED_NS = 6 * NANOSECONDS
@@ -207,6 +210,8 @@ class FlightPhaseEstimator:
         self._off_ns: int | None = None
         self._moved = False
         """Whether the flight went faster than a hand does."""
+        self._top = 0.0
+        """Largest height of the flight over the ground, m."""
 
     def update(
         self, name: str, sample: ImuSample | PressureSample | VelocitySample | FixSample
@@ -272,6 +277,7 @@ class FlightPhaseEstimator:
     def _change(self, stamp_ns: int, phase: Phase, reason: str, motion: _Motion) -> None:
         if phase.airborne and not self._phase.airborne:
             self._flight, self._moved = (motion.gyro, motion.force), False
+            self._top = 0.0
         elif not phase.airborne:
             self._ground = None
         self._phase, self._since_ns, self._reason = phase, stamp_ns, reason
@@ -376,11 +382,14 @@ class FlightPhaseEstimator:
 
     def _at_rest(self, m: _Motion) -> bool:
         """Whether the IMU is as quiet as on the ground, and nothing else contradicts."""
+        self._top = max(self._top, m.height) if not math.isnan(m.height) else self._top
         if m.speed > STILL_SPEED or abs(m.climb) > STILL_CLIMB or m.gyro > DISTURBED:
             return False
         now = (m.gyro, m.force)
         if not self._phase.airborne:
             return m.force < max(1.5 * self._rest[1], RESTLESS)
+        if m.height > max(LANDED_M, LANDED_SHARE * self._top):
+            return False
         shares = [
             math.log(max(value, 1e-6) / rest) / math.log(flight / rest)
             for value, rest, flight in zip(now, self._rest, self._flight, strict=True)

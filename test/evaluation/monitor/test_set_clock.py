@@ -50,4 +50,4 @@ def test_the_clock_behind_all_stamps(set_by: Callable[..., Sent], seconds: float
 def test_the_clock_of_the_receiver_alone(set_by: Callable[..., Sent]) -> None:
     said = results(set_by(-2.0, "fix", "velocity"))
     assert not any(one.alert for one in said)  # by itself it is innocent
-    assert any("stepped by -2.0 s" in one.detectors["gnss"].reason for one in said)
+    assert any("stepped by -2.0 s" in one.detectors["gnss"].reason for one in said[100:])
