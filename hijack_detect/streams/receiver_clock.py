@@ -41,6 +41,8 @@ WATCHED_NS = 9 * NANOSECONDS // 10
 WATCHED_AT_START_NS = 3 * NANOSECONDS // 2
 GIVEN_UP_NS = 5 * NANOSECONDS // 2
 """What is not clear by then is left as it is: the merges wait for 3 s."""
+STEADY_NS = 600_000_000
+"""The ages of stamps on one level differ by less; those of a backlog that is worked off do not."""
 MOST_HELD = 200
 GAP_NS = 3 * NANOSECONDS // 4
 """After a gap this long no merge waits for what is held here: it is left out."""
@@ -48,7 +50,8 @@ KEPT = 15
 ENOUGH = 3
 """Intervals between stamps of an input from which its usual one is known."""
 WHOLE_NS = 50_000_000
-"""A step this close to whole seconds is one: leap seconds, time zones, weeks."""
+"""A step this close to whole seconds is one, as leap seconds, time zones and weeks are; of uneven
+stamps one within twice their deviation."""
 FAR = 50
 """Intervals beyond which their errors add up to more than arrival tells."""
 AGREE_NS = SMALLEST_NS
@@ -69,6 +72,21 @@ class _Trial:
     """What the IMU's clock said when it was opened."""
     seen: list[tuple[int, int | None]] = field(default_factory=list)
     """Stamps, and how old each was when it arrived, on the offset so far."""
+
+    def ages(self, within_ns: int) -> list[int]:
+        """How old the newest stamps were, of the last time on their own clock."""
+        if not self.seen:
+            return []
+        since_ns = self.seen[-1][0] - within_ns
+        return [age for one_ns, age in self.seen if age is not None and one_ns >= since_ns]
+
+    def is_clear(self, within_ns: int) -> bool:
+        """Whether the level was watched for long enough, and was steady."""
+        known = [one_ns for one_ns, age in self.seen if age is not None]
+        if not known or known[-1] - known[0] < within_ns:
+            return False
+        ages = self.ages(within_ns)
+        return max(ages) - min(ages) <= STEADY_NS
 
 
 @dataclass
@@ -183,6 +201,15 @@ class ReceiverClock:
                     trial.opened_ns, trial.seen = self._reference_ns, []
             elif not _is_step(*self._moved(source, trial, [age_ns]), source):
                 source.trial = None
+            else:  # how old the stamps before were nobody can tell
+                trial.opened_ns = self._reference_ns
+                trial.seen = [
+                    *((one_ns, None) for one_ns, _ in trial.seen[:-1]),
+                    (
+                        trial.seen[-1][0],
+                        age_ns,
+                    ),
+                ]
 
     def _heard(self, name: str, sample: Any, carried: Any) -> list[Passed]:
         source, stamp_ns = self._inputs[name], sample.stamp_ns
@@ -209,9 +236,13 @@ class ReceiverClock:
             return False
         if min(len(source.intervals), len(source.ages)) < ENOUGH:
             return False
-        off_ns = stamp_ns - source.latest_ns - _median(source.intervals)
+        usual_ns = _median(source.intervals)
+        off_ns = stamp_ns - source.latest_ns - usual_ns
+        uneven_ns = max(abs(one_ns - usual_ns) for one_ns in source.intervals)
         shift_ns = _median(source.ages) - age_ns
-        return abs(off_ns) > SMALLEST_NS and _is_step(off_ns, shift_ns, source)
+        return abs(off_ns) > max(SMALLEST_NS, 3 * uneven_ns // 2) and _is_step(
+            off_ns, shift_ns, source
+        )
 
     def _goes_on(
         self, source: _Input, trial: _Trial, name: str, stamp_ns: int, age_ns: int | None
@@ -242,22 +273,22 @@ class ReceiverClock:
         return [self._let_through(one) for one in held if not one.dropped]
 
     def _is_due(self, trial: _Trial) -> bool:
-        now_ns = self._reference_ns
         watched_ns = trial.seen[-1][0] - trial.seen[0][0] if trial.seen else 0
-        enough_ns = WATCHED_AT_START_NS if trial.before_ns is None else WATCHED_NS
-        if now_ns is None or trial.opened_ns is None:
+        starts = trial.before_ns is None
+        enough_ns = WATCHED_AT_START_NS if starts else WATCHED_NS
+        if self._reference_ns is None or trial.opened_ns is None:
             return watched_ns >= enough_ns
-        moved_ns = abs(now_ns - trial.opened_ns)
-        if moved_ns >= GIVEN_UP_NS or watched_ns >= GIVEN_UP_NS:
+        moved_ns = abs(self._reference_ns - trial.opened_ns)
+        if max(moved_ns, watched_ns) >= GIVEN_UP_NS:
             return True
-        return watched_ns >= enough_ns and moved_ns >= enough_ns // 2
+        return trial.is_clear(enough_ns) and moved_ns >= enough_ns // 2
 
     def _conclude(self, name: str, source: _Input) -> None:
         """End an input's trial: take on its new offset, or leave the stamps as they are."""
         trial, source.trial = source.trial, None
         mine = [one for one in self._held if one.name == name and one.tried]
         offset_ns = None
-        if trial is not None and all(age is not None for _, age in trial.seen) and trial.seen:
+        if trial is not None:
             offset_ns = self._new_offset(source, trial, mine)
         if offset_ns is None or offset_ns == source.offset_ns:
             source.begun |= trial is not None and self._reference_ns is not None
@@ -280,32 +311,18 @@ class ReceiverClock:
 
     def _new_offset(self, source: _Input, trial: _Trial, mine: list[_Held]) -> int | None:
         """The offset that a trial leads to; None if it was none."""
-        ages = [age for _, age in trial.seen if age is not None]
-        if trial.before_ns is None:
-            if min(map(abs, ages)) <= AT_START_NS or max(ages) - min(ages) > NANOSECONDS:
-                return None
-            if self._stands(trial):
+        starts = trial.before_ns is None
+        ages = trial.ages(WATCHED_AT_START_NS if starts else WATCHED_NS)
+        if not ages or max(ages) - min(ages) > STEADY_NS or self._stands(trial):
+            return None
+        if starts:
+            if min(map(abs, ages)) <= AT_START_NS:
                 return None
             return _rounded(source.offset_ns - min(ages))
         off_ns, shift_ns = self._moved(source, trial, ages)
-        newest_ns = _median(source.ages) - ages[-1]
-        if abs(newest_ns - shift_ns) > LATE_NS // 2 or not _is_step(off_ns, shift_ns, source):
+        if not _is_step(off_ns, shift_ns, source):
             return None
-        if self._stands(trial):
-            return None
-        usual_ns = _median(source.intervals)
-        lost = round((off_ns - shift_ns) / usual_ns)
-        if abs(lost) > FAR:
-            step_ns = _rounded(shift_ns)
-        else:
-            step_ns = off_ns - lost * usual_ns
-            for one_ns in (off_ns, step_ns):
-                near_ns = round(one_ns / NANOSECONDS) * NANOSECONDS
-                if near_ns and max(abs(one_ns - near_ns), abs(near_ns - shift_ns) - usual_ns) <= (
-                    WHOLE_NS
-                ):
-                    step_ns = near_ns
-                    break
+        step_ns = _size(off_ns, shift_ns, source.intervals)
         if off_ns - step_ns >= GAP_NS:
             for one in mine[:-1]:
                 one.dropped = True
@@ -363,8 +380,23 @@ def _is_step(off_ns: int, shift_ns: int, source: _Input) -> bool:
     """
     if abs(shift_ns) >= LATE_NS:
         return True
-    spread_ns = max(source.ages) - min(source.ages)
+    usual = sorted(source.ages)[2:-2] or source.ages
+    spread_ns = max(usual) - min(usual)
     return off_ns * shift_ns > 0 and abs(shift_ns) >= max(abs(off_ns) // 2, spread_ns)
+
+
+def _size(off_ns: int, shift_ns: int, intervals: Iterable[int]) -> int:
+    """Size of a step: what the stamps say, less the samples lost at it, which arrival counts."""
+    intervals = list(intervals)
+    usual_ns = _median(intervals)
+    uneven_ns = max(WHOLE_NS, 2 * _median(abs(one_ns - usual_ns) for one_ns in intervals))
+    whole_ns = round(shift_ns / NANOSECONDS) * NANOSECONDS
+    if whole_ns and abs(shift_ns - whole_ns) <= usual_ns // 2 + uneven_ns:
+        rest_ns = off_ns - whole_ns
+        if abs(rest_ns - round(rest_ns / usual_ns) * usual_ns) <= uneven_ns:
+            return whole_ns
+    lost = round((off_ns - shift_ns) / usual_ns)
+    return _rounded(shift_ns) if abs(lost) > FAR else off_ns - lost * usual_ns
 
 
 def _rounded(offset_ns: int) -> int:
