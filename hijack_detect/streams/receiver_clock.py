@@ -17,7 +17,7 @@ from __future__ import annotations
 import dataclasses
 import statistics
 from collections import Counter, deque
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
@@ -73,19 +73,24 @@ class _Trial:
     seen: list[tuple[int, int | None]] = field(default_factory=list)
     """Stamps, and how old each was when it arrived, on the offset so far."""
 
-    def ages(self, within_ns: int) -> list[int]:
+    @property
+    def enough_ns(self) -> int:
+        """How long it must be watched."""
+        return WATCHED_AT_START_NS if self.before_ns is None else WATCHED_NS
+
+    def ages(self) -> list[int]:
         """How old the newest stamps were, of the last time on their own clock."""
         if not self.seen:
             return []
-        since_ns = self.seen[-1][0] - within_ns
+        since_ns = self.seen[-1][0] - self.enough_ns
         return [age for one_ns, age in self.seen if age is not None and one_ns >= since_ns]
 
-    def is_clear(self, within_ns: int) -> bool:
+    def is_clear(self) -> bool:
         """Whether the level was watched for long enough, and was steady."""
         known = [one_ns for one_ns, age in self.seen if age is not None]
-        if not known or known[-1] - known[0] < within_ns:
+        if not known or known[-1] - known[0] < self.enough_ns:
             return False
-        ages = self.ages(within_ns)
+        ages = self.ages()
         return max(ages) - min(ages) <= STEADY_NS
 
 
@@ -136,6 +141,8 @@ class ReceiverClock:
         self.said: list[str] = []
         self._inputs = {name: _Input() for name in STAMPED}
         self._reference_ns: int | None = None
+        self._interval_ns = 0
+        """Time between the newest two stamps of the IMU."""
         self._held: list[_Held] = []
         self._offsets: deque[tuple[int, int]] = deque(maxlen=4 * KEPT)
         """Stamps of the newest fixes as they came, and what was taken off them."""
@@ -162,7 +169,9 @@ class ReceiverClock:
     def push_run(self, name: str, samples: Sequence[Any]) -> Iterable[tuple[str, Sequence[Any]]]:
         """Take successive samples of one input; return runs of what goes on."""
         if name == REFERENCE and not self._held and samples:
+            before_ns = samples[-2].stamp_ns if len(samples) > 1 else self._reference_ns
             self._reference_ns = samples[-1].stamp_ns
+            self._interval_ns = self._reference_ns - (before_ns or self._reference_ns)
             return [(name, samples)]
         if name not in (REFERENCE, SATELLITES, *self._inputs):
             return [(name, samples)]
@@ -180,9 +189,10 @@ class ReceiverClock:
 
     def _heard_reference(self, stamp_ns: int) -> list[Passed]:
         before_ns, self._reference_ns = self._reference_ns, stamp_ns
+        usual_ns, self._interval_ns = self._interval_ns, stamp_ns - (before_ns or stamp_ns)
         if not self._held:
             return []
-        if before_ns is None or abs(stamp_ns - before_ns) > LEAP_NS:
+        if before_ns is None or abs(self._interval_ns) > max(LEAP_NS, 3 * abs(usual_ns) // 2):
             self._leapt()
         return self._decided()
 
@@ -265,31 +275,49 @@ class ReceiverClock:
     def _decided(self) -> list[Passed]:
         """Everything held, once it is clear."""
         trials = [one.trial for one in self._inputs.values() if one.trial is not None]
-        if trials and not any(map(self._is_due, trials)) and len(self._held) < MOST_HELD:
-            return []
+        if trials and len(self._held) < MOST_HELD:
+            given_up = any(map(self._is_given_up, trials))
+            if not given_up and not all(map(self._is_clear, trials)):
+                return []
+        found = {name: self._new_offset(name, source) for name, source in self._inputs.items()}
         for name, source in self._inputs.items():
-            self._conclude(name, source)
+            self._conclude(name, source, self._agreed(name, found))
         held, self._held = self._held, []
         return [self._let_through(one) for one in held if not one.dropped]
 
-    def _is_due(self, trial: _Trial) -> bool:
+    def _is_given_up(self, trial: _Trial) -> bool:
+        """Whether nobody can wait for longer."""
         watched_ns = trial.seen[-1][0] - trial.seen[0][0] if trial.seen else 0
-        starts = trial.before_ns is None
-        enough_ns = WATCHED_AT_START_NS if starts else WATCHED_NS
         if self._reference_ns is None or trial.opened_ns is None:
-            return watched_ns >= enough_ns
-        moved_ns = abs(self._reference_ns - trial.opened_ns)
-        if max(moved_ns, watched_ns) >= GIVEN_UP_NS:
-            return True
-        return trial.is_clear(enough_ns) and moved_ns >= enough_ns // 2
+            return watched_ns >= trial.enough_ns
+        return max(abs(self._reference_ns - trial.opened_ns), watched_ns) >= GIVEN_UP_NS
 
-    def _conclude(self, name: str, source: _Input) -> None:
+    def _is_clear(self, trial: _Trial) -> bool:
+        """Whether a new level was watched for long enough, was steady, and the IMU moved on."""
+        return trial.is_clear() and not self._stands(trial)
+
+    def _agreed(self, name: str, found: Mapping[str, int | None]) -> int | None:
+        """An input's new offset; that of the other if its own stamps moved as far."""
+        source = self._inputs[name]
+        trial = source.trial
+        if found[name] is not None or trial is None or trial.before_ns is None:
+            return found[name]
+        led_to_ns = source.offset_ns + self._moved(source, trial, [0])[0]
+        for other_ns in found.values():
+            if other_ns is not None and abs(other_ns - led_to_ns) <= AGREE_NS:
+                return other_ns
+        return None
+
+    def _conclude(self, name: str, source: _Input, offset_ns: int | None) -> None:
         """End an input's trial: take on its new offset, or leave the stamps as they are."""
         trial, source.trial = source.trial, None
         mine = [one for one in self._held if one.name == name and one.tried]
-        offset_ns = None
-        if trial is not None:
-            offset_ns = self._new_offset(source, trial, mine)
+        if trial is not None and offset_ns is None and self._is_lost(source, trial, mine):
+            source.begun = False
+            for one in mine:
+                one.dropped = True
+            self.refused[f"{name}: stamp unclear while the receiver's time stepped"] += len(mine)
+            return
         if offset_ns is None or offset_ns == source.offset_ns:
             source.begun |= trial is not None and self._reference_ns is not None
             for one in mine:
@@ -309,13 +337,23 @@ class ReceiverClock:
             one.dropped for one in mine
         )
 
-    def _new_offset(self, source: _Input, trial: _Trial, mine: list[_Held]) -> int | None:
-        """The offset that a trial leads to; None if it was none."""
-        starts = trial.before_ns is None
-        ages = trial.ages(WATCHED_AT_START_NS if starts else WATCHED_NS)
-        if not ages or max(ages) - min(ages) > STEADY_NS or self._stands(trial):
+    def _is_lost(self, source: _Input, trial: _Trial, mine: list[_Held]) -> bool:
+        """Whether stamps went on in order far from the IMU's, but came too unevenly to tell more.
+
+        They are left out then, and the input begins anew: as they are, they would cost the IMU.
+        """
+        age_ns = trial.seen[-1][1] if trial.seen else None
+        if age_ns is None or source.latest_ns is None or self._stands(trial):
+            return False
+        return abs(age_ns) > AT_START_NS and not any(one.dropped for one in mine)
+
+    def _new_offset(self, name: str, source: _Input) -> int | None:
+        """The offset that the trial of an input leads to; None if it was none."""
+        trial = source.trial
+        if trial is None or not self._is_clear(trial):
             return None
-        if starts:
+        ages = trial.ages()
+        if trial.before_ns is None:
             if min(map(abs, ages)) <= AT_START_NS:
                 return None
             return _rounded(source.offset_ns - min(ages))
@@ -324,6 +362,7 @@ class ReceiverClock:
             return None
         step_ns = _size(off_ns, shift_ns, source.intervals)
         if off_ns - step_ns >= GAP_NS:
+            mine = [one for one in self._held if one.name == name and one.tried]
             for one in mine[:-1]:
                 one.dropped = True
         offset_ns = source.offset_ns + step_ns
@@ -333,7 +372,7 @@ class ReceiverClock:
         """Whether the IMU's clock did not move meanwhile: then it tells nothing."""
         if self._reference_ns is None or trial.opened_ns is None:
             return True
-        return abs(self._reference_ns - trial.opened_ns) < WATCHED_NS // 2
+        return abs(self._reference_ns - trial.opened_ns) < trial.enough_ns // 2
 
     def _moved(self, source: _Input, trial: _Trial, ages: Sequence[int]) -> tuple[int, int]:
         """How far stamps are from where they were due: by their interval, and by the IMU."""
@@ -380,8 +419,7 @@ def _is_step(off_ns: int, shift_ns: int, source: _Input) -> bool:
     """
     if abs(shift_ns) >= LATE_NS:
         return True
-    usual = sorted(source.ages)[2:-2] or source.ages
-    spread_ns = max(usual) - min(usual)
+    spread_ns = max(source.ages) - min(source.ages)
     return off_ns * shift_ns > 0 and abs(shift_ns) >= max(abs(off_ns) // 2, spread_ns)
 
 
