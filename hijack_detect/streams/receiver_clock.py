@@ -141,8 +141,8 @@ class ReceiverClock:
         self.said: list[str] = []
         self._inputs = {name: _Input() for name in STAMPED}
         self._reference_ns: int | None = None
-        self._interval_ns = 0
-        """Time between the newest two stamps of the IMU."""
+        self._intervals: deque[int] = deque([0], maxlen=KEPT)
+        """Times between stamps of the IMU."""
         self._held: list[_Held] = []
         self._offsets: deque[tuple[int, int]] = deque(maxlen=4 * KEPT)
         """Stamps of the newest fixes as they came, and what was taken off them."""
@@ -171,7 +171,7 @@ class ReceiverClock:
         if name == REFERENCE and not self._held and samples:
             before_ns = samples[-2].stamp_ns if len(samples) > 1 else self._reference_ns
             self._reference_ns = samples[-1].stamp_ns
-            self._interval_ns = self._reference_ns - (before_ns or self._reference_ns)
+            self._intervals.append(self._reference_ns - (before_ns or self._reference_ns))
             return [(name, samples)]
         if name not in (REFERENCE, SATELLITES, *self._inputs):
             return [(name, samples)]
@@ -189,10 +189,11 @@ class ReceiverClock:
 
     def _heard_reference(self, stamp_ns: int) -> list[Passed]:
         before_ns, self._reference_ns = self._reference_ns, stamp_ns
-        usual_ns, self._interval_ns = self._interval_ns, stamp_ns - (before_ns or stamp_ns)
+        usual_ns, interval_ns = self._intervals[-1], stamp_ns - (before_ns or stamp_ns)
+        self._intervals.append(interval_ns)
         if not self._held:
             return []
-        if before_ns is None or abs(self._interval_ns) > max(LEAP_NS, 3 * abs(usual_ns) // 2):
+        if before_ns is None or abs(interval_ns) > max(LEAP_NS, 3 * abs(usual_ns) // 2):
             self._leapt()
         return self._decided()
 
@@ -209,7 +210,7 @@ class ReceiverClock:
                     source.begun, source.trial = True, None
                 elif trial.seen[-1][1] is None:  # the IMU begins
                     trial.opened_ns, trial.seen = self._reference_ns, []
-            elif not _is_step(*self._moved(source, trial, [age_ns]), source):
+            elif not self._is_step(source, *self._moved(source, trial, [age_ns])):
                 source.trial = None
             else:  # how old the stamps before were nobody can tell
                 trial.opened_ns = self._reference_ns
@@ -250,9 +251,9 @@ class ReceiverClock:
         off_ns = stamp_ns - source.latest_ns - usual_ns
         uneven_ns = max(abs(one_ns - usual_ns) for one_ns in source.intervals)
         shift_ns = _median(source.ages) - age_ns
-        return abs(off_ns) > max(SMALLEST_NS, 3 * uneven_ns // 2) and _is_step(
-            off_ns, shift_ns, source
-        )
+        if abs(off_ns) <= max(SMALLEST_NS, 3 * uneven_ns // 2):
+            return False
+        return self._is_step(source, off_ns, shift_ns)
 
     def _goes_on(
         self, source: _Input, trial: _Trial, name: str, stamp_ns: int, age_ns: int | None
@@ -312,12 +313,6 @@ class ReceiverClock:
         """End an input's trial: take on its new offset, or leave the stamps as they are."""
         trial, source.trial = source.trial, None
         mine = [one for one in self._held if one.name == name and one.tried]
-        if trial is not None and offset_ns is None and self._is_lost(source, trial, mine):
-            source.begun = False
-            for one in mine:
-                one.dropped = True
-            self.refused[f"{name}: stamp unclear while the receiver's time stepped"] += len(mine)
-            return
         if offset_ns is None or offset_ns == source.offset_ns:
             source.begun |= trial is not None and self._reference_ns is not None
             for one in mine:
@@ -337,16 +332,6 @@ class ReceiverClock:
             one.dropped for one in mine
         )
 
-    def _is_lost(self, source: _Input, trial: _Trial, mine: list[_Held]) -> bool:
-        """Whether stamps went on in order far from the IMU's, but came too unevenly to tell more.
-
-        They are left out then, and the input begins anew: as they are, they would cost the IMU.
-        """
-        age_ns = trial.seen[-1][1] if trial.seen else None
-        if age_ns is None or source.latest_ns is None or self._stands(trial):
-            return False
-        return abs(age_ns) > AT_START_NS and not any(one.dropped for one in mine)
-
     def _new_offset(self, name: str, source: _Input) -> int | None:
         """The offset that the trial of an input leads to; None if it was none."""
         trial = source.trial
@@ -358,7 +343,7 @@ class ReceiverClock:
                 return None
             return _rounded(source.offset_ns - min(ages))
         off_ns, shift_ns = self._moved(source, trial, ages)
-        if not _is_step(off_ns, shift_ns, source):
+        if not self._is_step(source, off_ns, shift_ns):
             return None
         step_ns = _size(off_ns, shift_ns, source.intervals)
         if off_ns - step_ns >= GAP_NS:
@@ -373,6 +358,19 @@ class ReceiverClock:
         if self._reference_ns is None or trial.opened_ns is None:
             return True
         return abs(self._reference_ns - trial.opened_ns) < trial.enough_ns // 2
+
+    def _is_step(self, source: _Input, off_ns: int, shift_ns: int) -> bool:
+        """Whether stamps moved rather than that samples were lost or late.
+
+        A stamp is `off_ns` from where it was due by the input's own interval, and `shift_ns` ahead
+        of where it was due on the IMU's clock: 0 if samples were lost, `off_ns` if the time
+        stepped. What the ages differ by anyway, or a slow IMU tells too coarsely, is no step.
+        """
+        if abs(shift_ns) >= LATE_NS:
+            return True
+        spread_ns = max(source.ages) - min(source.ages)
+        least_ns = max(abs(off_ns) // 2, spread_ns, 3 * _median(self._intervals))
+        return off_ns * shift_ns > 0 and abs(shift_ns) >= least_ns
 
     def _moved(self, source: _Input, trial: _Trial, ages: Sequence[int]) -> tuple[int, int]:
         """How far stamps are from where they were due: by their interval, and by the IMU."""
@@ -409,18 +407,6 @@ class ReceiverClock:
 def seconds_off(offset_ns: int) -> str:
     """An offset of stamps in words."""
     return f"{abs(offset_ns) / NANOSECONDS:.1f} s {'ahead' if offset_ns > 0 else 'behind'}"
-
-
-def _is_step(off_ns: int, shift_ns: int, source: _Input) -> bool:
-    """Whether stamps moved rather than that samples were lost or late.
-
-    A stamp is `off_ns` from where it was due by the input's own interval, and `shift_ns` ahead of
-    where it was due on the IMU's clock: 0 if samples were lost, `off_ns` if the time stepped.
-    """
-    if abs(shift_ns) >= LATE_NS:
-        return True
-    spread_ns = max(source.ages) - min(source.ages)
-    return off_ns * shift_ns > 0 and abs(shift_ns) >= max(abs(off_ns) // 2, spread_ns)
 
 
 def _size(off_ns: int, shift_ns: int, intervals: Iterable[int]) -> int:
