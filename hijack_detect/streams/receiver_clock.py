@@ -414,6 +414,9 @@ def _size(off_ns: int, shift_ns: int, intervals: Iterable[int]) -> int:
     intervals = list(intervals)
     usual_ns = _median(intervals)
     uneven_ns = max(WHOLE_NS, 2 * _median(abs(one_ns - usual_ns) for one_ns in intervals))
+    whole_ns = round(off_ns / NANOSECONDS) * NANOSECONDS
+    if whole_ns and abs(off_ns - whole_ns) <= uneven_ns and abs(whole_ns - shift_ns) < LATE_NS // 3:
+        return whole_ns  # nothing was lost
     whole_ns = round(shift_ns / NANOSECONDS) * NANOSECONDS
     if whole_ns and abs(shift_ns - whole_ns) <= usual_ns // 2 + uneven_ns:
         rest_ns = off_ns - whole_ns
