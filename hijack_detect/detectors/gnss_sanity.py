@@ -152,7 +152,7 @@ def _rank(state: State) -> int:
 def _reason(name: str, finding: Finding) -> str:
     if finding.state is State.NORMAL:
         return f"consistent, nearest to its limit is {name} with margin {finding.margin:.2f}"
-    return f"{name}: {finding.text}"
+    return finding.text if finding.innocent else f"{name}: {finding.text}"
 
 
 def _jump_limits(p: GnssSanityParameters, suspicious_m: float, alarm_m: float) -> JumpLimits:

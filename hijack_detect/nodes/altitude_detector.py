@@ -2,9 +2,9 @@
 """GPS height against the barometer, and against the vertical specific force.
 
 Subscribes flight_phase, imu/data, pressure (sensor_msgs/FluidPressure, Pa), gps/vel (ENU) and
-gps/fix; pressure and gps/vel may be absent. Publishes altitude/verdict (DiagnosticArray),
-altitude/hijacked (Bool), altitude/margin (score over threshold, Float64) and altitude/difference
-(GPS height less barometer less reference, m, Float64).
+gps/fix; pressure and gps/vel may be absent. imu/data_raw is heard for its stamps. Publishes
+altitude/verdict (DiagnosticArray), altitude/hijacked (Bool), altitude/margin (score over
+threshold, Float64) and altitude/difference (GPS height less barometer less reference, m, Float64).
 """
 
 from __future__ import annotations

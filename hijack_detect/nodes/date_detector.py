@@ -1,9 +1,9 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """GPS acceleration against the accelerometer: the DATE method of Feng et al. 2018, section 3.4.
 
-Subscribes flight_phase, imu/data, gps/fix and gps/vel (ENU). Publishes date/verdict
-(DiagnosticArray), date/hijacked (Bool), date/margin (score over threshold, Float64), date/delta_ax
-and date/delta_ay (body forward and left, m/s^2, Float64).
+Subscribes flight_phase, imu/data, gps/fix and gps/vel (ENU), and imu/data_raw for its stamps.
+Publishes date/verdict (DiagnosticArray), date/hijacked (Bool), date/margin (score over threshold,
+Float64), date/delta_ax and date/delta_ay (body forward and left, m/s^2, Float64).
 """
 
 from __future__ import annotations

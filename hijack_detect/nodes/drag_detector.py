@@ -1,9 +1,9 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Drag as an airspeed sensor: a GPS velocity that needs a wind no atmosphere makes.
 
-Subscribes flight_phase, imu/data, gps/fix and gps/vel (ENU). Publishes drag/verdict
-(DiagnosticArray), drag/hijacked (Bool), drag/margin (score over threshold, Float64) and
-drag/wind_change (m/s, Float64).
+Subscribes flight_phase, imu/data, gps/fix and gps/vel (ENU), and imu/data_raw for its stamps.
+Publishes drag/verdict (DiagnosticArray), drag/hijacked (Bool), drag/margin (score over threshold,
+Float64) and drag/wind_change (m/s, Float64).
 """
 
 from __future__ import annotations

@@ -1,12 +1,12 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Consistency of the GPS stream with itself: jumps, freezes, impossible motion, stamps.
 
-Subscribes flight_phase, gps/fix, gps/vel (ENU) and gps/satellites (UInt32); the last two may be
-absent. Publishes gnss/verdict (DiagnosticArray, with the margin of every check), gnss/hijacked
-(Bool), gnss/margin (score over threshold, Float64), and the margins gnss/jump, gnss/freeze,
-gnss/velocity_mismatch and gnss/velocity_mismatch_limit (part of the full limits in force) as
-Float64. More than one publisher on gps/fix is told on /diagnostics; the verdict depends on stamped
-messages alone and looks for what two streams do.
+Subscribes flight_phase, gps/fix, gps/vel (ENU) and gps/satellites (UInt32), of which the last two
+may be absent, and imu/data_raw for its stamps. Publishes gnss/verdict (DiagnosticArray, with the
+margin of every check), gnss/hijacked (Bool), gnss/margin (score over threshold, Float64), and the
+margins gnss/jump, gnss/freeze, gnss/velocity_mismatch and gnss/velocity_mismatch_limit (part of
+the full limits in force) as Float64. More than one publisher on gps/fix is told on /diagnostics;
+the verdict depends on stamped messages alone and looks for what two streams do.
 """
 
 from __future__ import annotations

@@ -1,9 +1,10 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Course over ground from successive fixes.
 
-Subscribes gps/fix. Publishes gps/course (geometry_msgs/QuaternionStamped, rotation about Up from
-East, all zeros where the course is not observable) and gps_angle (std_msgs/Float64, Eq. 1 of
-Feng 2018: rad clockwise from North, 0 to 2 pi; the last value is held while not observable).
+Subscribes gps/fix, and imu/data_raw for its stamps. Publishes gps/course
+(geometry_msgs/QuaternionStamped, rotation about Up from East, all zeros where the course is not
+observable) and gps_angle (std_msgs/Float64, Eq. 1 of Feng 2018: rad clockwise from North, 0 to 2
+pi; the last value is held while not observable).
 """
 
 from __future__ import annotations

@@ -1,11 +1,12 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Kullback-Leibler divergence of GPS statistics: Basan et al. 2022.
 
-Subscribes flight_phase, gps/fix, gps/vel (ENU) and gps/satellites (UInt32); the last two may be
-absent. Publishes kld/verdict (DiagnosticArray, with the two divergences of every parameter),
-kld/hijacked (Bool), kld/margin (score over threshold, Float64), kld/divergence (of the parameter
-that decides, nats, Float64) and kld/code (UInt8: 111 attack, 110 no attack, nothing while it cannot
-tell). Service ~/reset (std_srvs/Trigger) takes a kept alarm back.
+Subscribes flight_phase, gps/fix, gps/vel (ENU) and gps/satellites (UInt32), of which the last two
+may be absent, and imu/data_raw for its stamps. Publishes kld/verdict (DiagnosticArray, with the
+two divergences of every parameter), kld/hijacked (Bool), kld/margin (score over threshold,
+Float64), kld/divergence (of the parameter that decides, nats, Float64) and kld/code (UInt8: 111
+attack, 110 no attack, nothing while it cannot tell). Service ~/reset (std_srvs/Trigger) takes a
+kept alarm back.
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@ from __future__ import annotations
 import dataclasses
 import statistics
 from collections import Counter, deque
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
@@ -41,6 +41,8 @@ WATCHED_NS = 9 * NANOSECONDS // 10
 WATCHED_AT_START_NS = 3 * NANOSECONDS // 2
 GIVEN_UP_NS = 5 * NANOSECONDS // 2
 """What is not clear by then is left as it is: the merges wait for 3 s."""
+STEADY_NS = 600_000_000
+"""The ages of stamps on one level differ by less; those of a backlog that is worked off do not."""
 MOST_HELD = 200
 GAP_NS = 3 * NANOSECONDS // 4
 """After a gap this long no merge waits for what is held here: it is left out."""
@@ -48,7 +50,8 @@ KEPT = 15
 ENOUGH = 3
 """Intervals between stamps of an input from which its usual one is known."""
 WHOLE_NS = 50_000_000
-"""A step this close to whole seconds is one: leap seconds, time zones, weeks."""
+"""A step this close to whole seconds is one, as leap seconds, time zones and weeks are; of uneven
+stamps one within twice their deviation."""
 FAR = 50
 """Intervals beyond which their errors add up to more than arrival tells."""
 AGREE_NS = SMALLEST_NS
@@ -69,6 +72,26 @@ class _Trial:
     """What the IMU's clock said when it was opened."""
     seen: list[tuple[int, int | None]] = field(default_factory=list)
     """Stamps, and how old each was when it arrived, on the offset so far."""
+
+    @property
+    def enough_ns(self) -> int:
+        """How long it must be watched."""
+        return WATCHED_AT_START_NS if self.before_ns is None else WATCHED_NS
+
+    def ages(self) -> list[int]:
+        """How old the newest stamps were, of the last time on their own clock."""
+        if not self.seen:
+            return []
+        since_ns = self.seen[-1][0] - self.enough_ns
+        return [age for one_ns, age in self.seen if age is not None and one_ns >= since_ns]
+
+    def is_clear(self) -> bool:
+        """Whether the level was watched for long enough, and was steady."""
+        known = [one_ns for one_ns, age in self.seen if age is not None]
+        if not known or known[-1] - known[0] < self.enough_ns:
+            return False
+        ages = self.ages()
+        return max(ages) - min(ages) <= STEADY_NS
 
 
 @dataclass
@@ -118,6 +141,8 @@ class ReceiverClock:
         self.said: list[str] = []
         self._inputs = {name: _Input() for name in STAMPED}
         self._reference_ns: int | None = None
+        self._intervals: deque[int] = deque([0], maxlen=KEPT)
+        """Times between stamps of the IMU."""
         self._held: list[_Held] = []
         self._offsets: deque[tuple[int, int]] = deque(maxlen=4 * KEPT)
         """Stamps of the newest fixes as they came, and what was taken off them."""
@@ -144,7 +169,9 @@ class ReceiverClock:
     def push_run(self, name: str, samples: Sequence[Any]) -> Iterable[tuple[str, Sequence[Any]]]:
         """Take successive samples of one input; return runs of what goes on."""
         if name == REFERENCE and not self._held and samples:
+            before_ns = samples[-2].stamp_ns if len(samples) > 1 else self._reference_ns
             self._reference_ns = samples[-1].stamp_ns
+            self._intervals.append(self._reference_ns - (before_ns or self._reference_ns))
             return [(name, samples)]
         if name not in (REFERENCE, SATELLITES, *self._inputs):
             return [(name, samples)]
@@ -162,9 +189,11 @@ class ReceiverClock:
 
     def _heard_reference(self, stamp_ns: int) -> list[Passed]:
         before_ns, self._reference_ns = self._reference_ns, stamp_ns
+        usual_ns, interval_ns = self._intervals[-1], stamp_ns - (before_ns or stamp_ns)
+        self._intervals.append(interval_ns)
         if not self._held:
             return []
-        if before_ns is None or abs(stamp_ns - before_ns) > LEAP_NS:
+        if before_ns is None or abs(interval_ns) > max(LEAP_NS, 3 * abs(usual_ns) // 2):
             self._leapt()
         return self._decided()
 
@@ -181,8 +210,17 @@ class ReceiverClock:
                     source.begun, source.trial = True, None
                 elif trial.seen[-1][1] is None:  # the IMU begins
                     trial.opened_ns, trial.seen = self._reference_ns, []
-            elif not _is_step(*self._moved(source, trial, [age_ns]), source):
+            elif not self._is_step(source, *self._moved(source, trial, [age_ns])):
                 source.trial = None
+            else:  # how old the stamps before were nobody can tell
+                trial.opened_ns = self._reference_ns
+                trial.seen = [
+                    *((one_ns, None) for one_ns, _ in trial.seen[:-1]),
+                    (
+                        trial.seen[-1][0],
+                        age_ns,
+                    ),
+                ]
 
     def _heard(self, name: str, sample: Any, carried: Any) -> list[Passed]:
         source, stamp_ns = self._inputs[name], sample.stamp_ns
@@ -209,9 +247,13 @@ class ReceiverClock:
             return False
         if min(len(source.intervals), len(source.ages)) < ENOUGH:
             return False
-        off_ns = stamp_ns - source.latest_ns - _median(source.intervals)
+        usual_ns = _median(source.intervals)
+        off_ns = stamp_ns - source.latest_ns - usual_ns
+        uneven_ns = max(abs(one_ns - usual_ns) for one_ns in source.intervals)
         shift_ns = _median(source.ages) - age_ns
-        return abs(off_ns) > SMALLEST_NS and _is_step(off_ns, shift_ns, source)
+        if abs(off_ns) <= max(SMALLEST_NS, 3 * uneven_ns // 2):
+            return False
+        return self._is_step(source, off_ns, shift_ns)
 
     def _goes_on(
         self, source: _Input, trial: _Trial, name: str, stamp_ns: int, age_ns: int | None
@@ -234,31 +276,43 @@ class ReceiverClock:
     def _decided(self) -> list[Passed]:
         """Everything held, once it is clear."""
         trials = [one.trial for one in self._inputs.values() if one.trial is not None]
-        if trials and not any(map(self._is_due, trials)) and len(self._held) < MOST_HELD:
-            return []
+        if trials and len(self._held) < MOST_HELD:
+            given_up = any(map(self._is_given_up, trials))
+            if not given_up and not all(map(self._is_clear, trials)):
+                return []
+        found = {name: self._new_offset(name, source) for name, source in self._inputs.items()}
         for name, source in self._inputs.items():
-            self._conclude(name, source)
+            self._conclude(name, source, self._agreed(name, found))
         held, self._held = self._held, []
         return [self._let_through(one) for one in held if not one.dropped]
 
-    def _is_due(self, trial: _Trial) -> bool:
-        now_ns = self._reference_ns
+    def _is_given_up(self, trial: _Trial) -> bool:
+        """Whether nobody can wait for longer."""
         watched_ns = trial.seen[-1][0] - trial.seen[0][0] if trial.seen else 0
-        enough_ns = WATCHED_AT_START_NS if trial.before_ns is None else WATCHED_NS
-        if now_ns is None or trial.opened_ns is None:
-            return watched_ns >= enough_ns
-        moved_ns = abs(now_ns - trial.opened_ns)
-        if moved_ns >= GIVEN_UP_NS or watched_ns >= GIVEN_UP_NS:
-            return True
-        return watched_ns >= enough_ns and moved_ns >= enough_ns // 2
+        if self._reference_ns is None or trial.opened_ns is None:
+            return watched_ns >= trial.enough_ns
+        return max(abs(self._reference_ns - trial.opened_ns), watched_ns) >= GIVEN_UP_NS
 
-    def _conclude(self, name: str, source: _Input) -> None:
+    def _is_clear(self, trial: _Trial) -> bool:
+        """Whether a new level was watched for long enough, was steady, and the IMU moved on."""
+        return trial.is_clear() and not self._stands(trial)
+
+    def _agreed(self, name: str, found: Mapping[str, int | None]) -> int | None:
+        """An input's new offset; that of the other if its own stamps moved as far."""
+        source = self._inputs[name]
+        trial = source.trial
+        if found[name] is not None or trial is None or trial.before_ns is None:
+            return found[name]
+        led_to_ns = source.offset_ns + self._moved(source, trial, [0])[0]
+        for other_ns in found.values():
+            if other_ns is not None and abs(other_ns - led_to_ns) <= AGREE_NS:
+                return other_ns
+        return None
+
+    def _conclude(self, name: str, source: _Input, offset_ns: int | None) -> None:
         """End an input's trial: take on its new offset, or leave the stamps as they are."""
         trial, source.trial = source.trial, None
         mine = [one for one in self._held if one.name == name and one.tried]
-        offset_ns = None
-        if trial is not None and all(age is not None for _, age in trial.seen) and trial.seen:
-            offset_ns = self._new_offset(source, trial, mine)
         if offset_ns is None or offset_ns == source.offset_ns:
             source.begun |= trial is not None and self._reference_ns is not None
             for one in mine:
@@ -278,35 +332,22 @@ class ReceiverClock:
             one.dropped for one in mine
         )
 
-    def _new_offset(self, source: _Input, trial: _Trial, mine: list[_Held]) -> int | None:
-        """The offset that a trial leads to; None if it was none."""
-        ages = [age for _, age in trial.seen if age is not None]
+    def _new_offset(self, name: str, source: _Input) -> int | None:
+        """The offset that the trial of an input leads to; None if it was none."""
+        trial = source.trial
+        if trial is None or not self._is_clear(trial):
+            return None
+        ages = trial.ages()
         if trial.before_ns is None:
-            if min(map(abs, ages)) <= AT_START_NS or max(ages) - min(ages) > NANOSECONDS:
-                return None
-            if self._stands(trial):
+            if min(map(abs, ages)) <= AT_START_NS:
                 return None
             return _rounded(source.offset_ns - min(ages))
         off_ns, shift_ns = self._moved(source, trial, ages)
-        newest_ns = _median(source.ages) - ages[-1]
-        if abs(newest_ns - shift_ns) > LATE_NS // 2 or not _is_step(off_ns, shift_ns, source):
+        if not self._is_step(source, off_ns, shift_ns):
             return None
-        if self._stands(trial):
-            return None
-        usual_ns = _median(source.intervals)
-        lost = round((off_ns - shift_ns) / usual_ns)
-        if abs(lost) > FAR:
-            step_ns = _rounded(shift_ns)
-        else:
-            step_ns = off_ns - lost * usual_ns
-            for one_ns in (off_ns, step_ns):
-                near_ns = round(one_ns / NANOSECONDS) * NANOSECONDS
-                if near_ns and max(abs(one_ns - near_ns), abs(near_ns - shift_ns) - usual_ns) <= (
-                    WHOLE_NS
-                ):
-                    step_ns = near_ns
-                    break
+        step_ns = _size(off_ns, shift_ns, source.intervals)
         if off_ns - step_ns >= GAP_NS:
+            mine = [one for one in self._held if one.name == name and one.tried]
             for one in mine[:-1]:
                 one.dropped = True
         offset_ns = source.offset_ns + step_ns
@@ -316,7 +357,20 @@ class ReceiverClock:
         """Whether the IMU's clock did not move meanwhile: then it tells nothing."""
         if self._reference_ns is None or trial.opened_ns is None:
             return True
-        return abs(self._reference_ns - trial.opened_ns) < WATCHED_NS // 2
+        return abs(self._reference_ns - trial.opened_ns) < trial.enough_ns // 2
+
+    def _is_step(self, source: _Input, off_ns: int, shift_ns: int) -> bool:
+        """Whether stamps moved rather than that samples were lost or late.
+
+        A stamp is `off_ns` from where it was due by the input's own interval, and `shift_ns` ahead
+        of where it was due on the IMU's clock: 0 if samples were lost, `off_ns` if the time
+        stepped. What the ages differ by anyway, or a slow IMU tells too coarsely, is no step.
+        """
+        if abs(shift_ns) >= LATE_NS:
+            return True
+        spread_ns = max(source.ages) - min(source.ages)
+        least_ns = max(abs(off_ns) // 2, spread_ns, 3 * _median(self._intervals))
+        return off_ns * shift_ns > 0 and abs(shift_ns) >= least_ns
 
     def _moved(self, source: _Input, trial: _Trial, ages: Sequence[int]) -> tuple[int, int]:
         """How far stamps are from where they were due: by their interval, and by the IMU."""
@@ -355,16 +409,21 @@ def seconds_off(offset_ns: int) -> str:
     return f"{abs(offset_ns) / NANOSECONDS:.1f} s {'ahead' if offset_ns > 0 else 'behind'}"
 
 
-def _is_step(off_ns: int, shift_ns: int, source: _Input) -> bool:
-    """Whether stamps moved rather than that samples were lost or late.
-
-    A stamp is `off_ns` from where it was due by the input's own interval, and `shift_ns` ahead of
-    where it was due on the IMU's clock: 0 if samples were lost, `off_ns` if the time stepped.
-    """
-    if abs(shift_ns) >= LATE_NS:
-        return True
-    spread_ns = max(source.ages) - min(source.ages)
-    return off_ns * shift_ns > 0 and abs(shift_ns) >= max(abs(off_ns) // 2, spread_ns)
+def _size(off_ns: int, shift_ns: int, intervals: Iterable[int]) -> int:
+    """Size of a step: what the stamps say, less the samples lost at it, which arrival counts."""
+    intervals = list(intervals)
+    usual_ns = _median(intervals)
+    uneven_ns = max(WHOLE_NS, 2 * _median(abs(one_ns - usual_ns) for one_ns in intervals))
+    whole_ns = round(off_ns / NANOSECONDS) * NANOSECONDS
+    if whole_ns and abs(off_ns - whole_ns) <= uneven_ns and abs(whole_ns - shift_ns) < LATE_NS // 3:
+        return whole_ns  # nothing was lost
+    whole_ns = round(shift_ns / NANOSECONDS) * NANOSECONDS
+    if whole_ns and abs(shift_ns - whole_ns) <= usual_ns // 2 + uneven_ns:
+        rest_ns = off_ns - whole_ns
+        if abs(rest_ns - round(rest_ns / usual_ns) * usual_ns) <= uneven_ns:
+            return whole_ns
+    lost = round((off_ns - shift_ns) / usual_ns)
+    return _rounded(shift_ns) if abs(lost) > FAR else off_ns - lost * usual_ns
 
 
 def _rounded(offset_ns: int) -> int:

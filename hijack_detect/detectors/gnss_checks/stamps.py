@@ -59,7 +59,9 @@ class StampsCheck:
             "nor of a clock set back)"
         )
         if self._stepped is not None and now - self._stepped[0] <= self._window_ns:
-            text = self._stepped[1] + (f"; {text}" if recent else "")
+            if not recent:
+                return Finding(STEP_MARGIN, State.SUSPICIOUS, self._stepped[1], innocent=True)
+            text = f"{self._stepped[1]}; {text}"
             state, margin = State.SUSPICIOUS, max(margin, STEP_MARGIN)
         return Finding(margin, State.ALARM if margin >= 1.0 else state, text)
 
@@ -69,10 +71,10 @@ class StampsCheck:
         if known_ns is None:
             known_ns = step.previous.clock_offset_ns
             if known_ns:
-                text = f"the receiver's stamps are {seconds_off(known_ns)} of the IMU's clock"
+                text = f"The receiver's stamps are {seconds_off(known_ns)} of the IMU's clock"
                 self._stepped = (step.previous.stamp_ns, f"{text}, which is taken off them")
         if offset_ns != known_ns:
             by_s = (offset_ns - known_ns) / NANOSECONDS
-            text = f"the receiver's time stepped by {by_s:+.1f} s"
+            text = f"The receiver's time stepped by {by_s:+.1f} s"
             self._stepped = (step.stamp_ns, f"{text}, which is taken off its stamps")
         self._offset_ns = offset_ns

@@ -79,12 +79,13 @@ class Finding:
     """What a check says of a fix.
 
     `margin` is its evidence against what makes an alarm; a check that may only be SUSPICIOUS
-    stays below 1.
+    stays below 1. What is `innocent` by itself is no contradiction, and its text says all.
     """
 
     margin: float = 0.0
     state: State = State.NORMAL
     text: str = ""
+    innocent: bool = False
 
 
 class Check(Protocol):
