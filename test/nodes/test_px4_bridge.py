@@ -94,7 +94,7 @@ def test_values_versions_and_bad_messages(graph: Graph) -> None:
     assert stamp_ns(fix) == stamp_ns(velocity) == (UTC_US + 1) * 1000
     assert (fix.status.status, fix.position_covariance_type) == (0, 1)
     assert (fix.latitude, fix.longitude, fix.altitude) == (48.1234567, -11.7654321, 520.125)
-    assert list(fix.position_covariance[::4]) == [4.0, 4.0, 9.0]
+    assert list(fix.position_covariance[::4]) == [4.0, 4.0, 0.0]  # no epv
     assert xyz(velocity.twist.linear) == (4.0, 3.0, 0.5)
     assert bridge.next("satellites").data == 17
     first.send("fix", position(UTC_US + 2, fix_type=2))
