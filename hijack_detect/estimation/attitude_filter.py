@@ -65,6 +65,9 @@ BRIDGE_TILT = 0.2
 """rad: a vehicle in flight is within this of level (one standard deviation), whatever it did."""
 BRIDGE_TURN = 0.5
 """rad/s: how fast it may have turned meanwhile (one standard deviation)."""
+AHEAD_NS = NANOSECONDS // 10
+"""A GPS measurement this far after the newest IMU sample cannot be used: the filter would take the
+way since then for an error of its own."""
 LOST_HEADING = math.radians(40.0)
 """Beyond this the heading is looked for in all directions again, unless a compass says it."""
 
@@ -104,6 +107,8 @@ class AttitudeFilter:
 
     def _restart(self) -> None:
         self._bank: FilterBank | None = None
+        self._bridged_ns = 0
+        """End of the last gap in the IMU over which attitude and biases were kept."""
         self._filter_ns = 0
         """Time that the filter has reached; counts once there is a filter."""
         self._magnetic: deque[MagneticSample] = deque()
@@ -180,7 +185,7 @@ class AttitudeFilter:
             self._bank.split(math.radians(self._parameters.align_sigma_deg))
         self.buffer = ImuBuffer()
         self.buffer.append(sample)
-        self._filter_ns = sample.stamp_ns
+        self._filter_ns = self._bridged_ns = sample.stamp_ns
         self._magnetic.clear()
         self.bridged += 1
 
@@ -208,9 +213,17 @@ class AttitudeFilter:
             bank.apply(lambda ekf: ekf.propagate(block))
             self._filter_ns = to_ns
 
+    def _within_reach(self, stamp_ns: int) -> bool:
+        """Whether the IMU brings the filter to the time of a GPS measurement.
+
+        It does not in a gap of the IMU, nor for what was valid before the end of one.
+        """
+        valid_ns = stamp_ns - self._lag_ns
+        return self._bridged_ns <= valid_ns <= self.buffer.newest_ns + AHEAD_NS
+
     def _fix(self, bank: FilterBank, fix: FixSample) -> bool:
         course = self._course.update("fix", fix)
-        if not fix.has_fix:
+        if not fix.has_fix or not self._within_reach(fix.stamp_ns):
             return False
         self._advance(bank, fix.stamp_ns - self._lag_ns)
         if self._frame is None:
@@ -232,6 +245,8 @@ class AttitudeFilter:
         return True
 
     def _velocity(self, bank: FilterBank, sample: VelocitySample) -> bool:
+        if not self._within_reach(sample.stamp_ns):
+            return False
         self._advance(bank, sample.stamp_ns - self._lag_ns)
         variances = np.full(3, self._parameters.velocity_sigma**2)
         self._measure(
