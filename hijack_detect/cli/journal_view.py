@@ -59,7 +59,9 @@ def show_rows(reader: JournalReader, query: Query, most: int) -> None:
 def _alert(row: Row) -> str:
     said = f"ALERT by {row['causes']}" if row["alert"] else "no alert"
     lost = f", silent: {row['lost']}" if row["lost"] else ""
-    return f"{said}, {row['state']}, confidence {row['confidence'] or 0.0:.2f}{lost}"
+    known = row["confidence"] is not None
+    confidence = f"confidence {row['confidence']:.2f}" if known else "no confidence"
+    return f"{said}, {row['state']}, {confidence}{lost}"
 
 
 def _snapshot(row: Row) -> str:

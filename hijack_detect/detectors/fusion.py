@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from hijack_detect.detectors.fusion_decisions import decision
 from hijack_detect.detectors.fusion_parameters import FusionParameters
@@ -15,6 +15,9 @@ from hijack_detect.streams.samples import NANOSECONDS
 
 KEEPING = frozenset({"kld"})
 """Detectors that keep their alarm until they are reset themselves."""
+SILENT_S = 2.0
+"""All inputs have stopped when no detector says anything for so long: one with a lost input says so
+every second, after 1.5 s (see `input_watch`)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,8 +35,8 @@ class FusionResult:
     """What the monitor claims at one header stamp.
 
     `state` is the worst claim that can be made; it is NORMAL only if no expected detector is
-    missing, stale or overdue, and at least one can tell that could see a carry-off. `alert` is
-    latched until `reset`.
+    missing, stale or overdue, and at least one can tell that could see a carry-off. After all
+    inputs had stopped it is STALE until then. `alert` is latched until `reset`.
     `confidence` is in [0, 1]: the probability of an attack with policy `default`, and the largest
     that there was of an alert; with the others 0.5 for one detector at its threshold, 1 for an
     alert.
@@ -53,6 +56,8 @@ class FusionResult:
     """Detectors that led to the alert."""
     overdue: tuple[str, ...] = ()
     """Detectors that have been getting ready for far too long."""
+    silent_s: float | None = None
+    """Seconds for which nothing has come, by the clock, where that is all there is to say."""
 
     @property
     def degraded(self) -> tuple[str, ...]:
@@ -61,13 +66,28 @@ class FusionResult:
 
     @property
     def claim(self) -> float:
-        """What `hijack_confidence` says: NaN where a degraded monitor sees nothing suspicious.
+        """What `hijack_confidence` says: NaN where nothing is known of the GPS.
 
-        The confidence of those that are left would read as if all were well; NaN is smaller than
-        no limit, and larger than none.
+        What is left of the confidence would read as if all were well; NaN is smaller than no limit,
+        and larger than none.
         """
-        quiet = not self.alert and self.state is not State.SUSPICIOUS
-        return math.nan if self.degraded and quiet else self.confidence
+        return self.confidence if self.alert or self.state in JUDGED else math.nan
+
+    def silent(self, seconds: float) -> FusionResult:
+        """What remains of this when no detector has said anything for so long since.
+
+        An alert stays, and none comes. The stamp stays too: nothing is known of any later one.
+        """
+        verdicts = {name: _silent(verdict, seconds) for name, verdict in self.detectors.items()}
+        return replace(
+            self,
+            state=State.ALARM if self.alert else State.STALE,
+            confidence=self.confidence if self.alert else math.nan,
+            detectors=verdicts,
+            lost=tuple(name for name in verdicts if name not in ADVISORY),
+            overdue=(),
+            silent_s=seconds,
+        )
 
     @property
     def reason(self) -> str:
@@ -75,6 +95,8 @@ class FusionResult:
         if self.cause:
             return self.cause
         told = _told(list(self.detectors.values()))
+        if self.state is State.STALE and not self.degraded:
+            return f"all inputs had stopped, and nobody can tell again yet: {told}"
         return f"DEGRADED, without {', '.join(self.degraded)}: {told}" if self.degraded else told
 
 
@@ -92,6 +114,10 @@ class Fusion:
         self._calibrated = parameters.policy == "default"
         self._last: dict[str, Verdict] = {}
         self._first_ns: int | None = None
+        self._newest_ns = self._resumed_ns = 0
+        """Stamps of the newest verdict, and of the first one after all inputs had stopped."""
+        self._resuming = False
+        """Whether nobody has been able to tell since then."""
         self._unready_since_ns: dict[str, int] = {}
         self.reset()
 
@@ -139,6 +165,9 @@ class Fusion:
             self._unready_since_ns.setdefault(name, verdict.stamp_ns)
         if self._first_ns is None:
             self._first_ns = verdict.stamp_ns
+        elif verdict.stamp_ns - self._newest_ns > SILENT_S * NANOSECONDS:
+            self._resumed_ns, self._resuming = verdict.stamp_ns, True
+        self._newest_ns = verdict.stamp_ns
         if verdict.state is not State.ALARM:
             self._heard_out.discard(name)
         if name not in self._heard_out:
@@ -189,14 +218,14 @@ class Fusion:
         )
 
     def _seen(self, name: str, stamp_ns: int) -> Verdict | None:
-        """A detector's last verdict, as STALE if it is too old."""
+        """A detector's last verdict, as STALE if it is too old, or of before all inputs stopped."""
         verdict = self._last.get(name)
-        if verdict is None or stamp_ns - verdict.stamp_ns <= self._stale_ns:
+        if verdict is None:
+            return None
+        age_ns = stamp_ns - verdict.stamp_ns
+        if age_ns <= self._stale_ns and verdict.stamp_ns >= self._resumed_ns:
             return verdict
-        age = (stamp_ns - verdict.stamp_ns) / NANOSECONDS
-        return Verdict(
-            name, verdict.stamp_ns, State.STALE, 0.0, verdict.threshold, f"silent for {age:.1f} s"
-        )
+        return _silent(verdict, age_ns / NANOSECONDS)
 
     def _state(
         self, known: Mapping[str, Verdict], lost: Sequence[str], overdue: Sequence[str]
@@ -212,8 +241,19 @@ class Fusion:
         watching = CARRY_OFF.intersection(known) or known.keys()
         states = {known[name].state for name in watching}
         if states & JUDGED:
+            self._resuming = False
             return State.NORMAL
+        if states == {State.NOT_OBSERVABLE}:
+            self._resuming = False
+        if self._resuming:
+            return State.STALE
         return State.NOT_OBSERVABLE if State.NOT_OBSERVABLE in states else State.NOT_READY
+
+
+def _silent(last: Verdict, seconds: float) -> Verdict:
+    """What a detector says by saying nothing."""
+    reason = f"silent for {seconds:.1f} s"
+    return Verdict(last.detector, last.stamp_ns, State.STALE, 0.0, last.threshold, reason)
 
 
 def _told(verdicts: Sequence[Verdict]) -> str:

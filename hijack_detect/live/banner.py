@@ -62,7 +62,9 @@ def sentence(heard: Heard) -> str:
         raised = [one for one in heard.verdicts.values() if one.state in RAISED]
         return "; ".join(f"{one.detector}: {one.reason}" for one in raised) or fused.reason
     if what == "degraded":
-        return f"without {', '.join(fused.degraded) or 'any detector'}: stopped, or never ready"
+        if not fused.degraded:
+            return fused.reason
+        return f"without {', '.join(fused.degraded)}: stopped, or never ready"
     if what == State.NOT_OBSERVABLE.value:
         return "no detector can tell in this phase of flight; the table has the reasons"
     if what == State.NOT_READY.value:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from hijack_detect.detectors.fused import Fused
-from hijack_detect.detectors.verdict import JUDGED, Verdict
+from hijack_detect.detectors.verdict import JUDGED, State, Verdict
 from hijack_detect.estimation.geodesy import LocalFrame
 from hijack_detect.live.banner import Heard, said, sentence, word
 from hijack_detect.live.series import Curve, Series
@@ -116,7 +116,9 @@ class Picture:
         """Take what the fusion says."""
         with self._lock:
             time_s = self._time(fused.stamp_ns, "fusion")
-            self._fused, self._stale = fused, ""
+            self._fused = fused
+            if fused.state is not State.STALE:
+                self._stale = ""
             self._note_state(time_s)
 
     def hear_alert(self, alert: bool) -> None:

@@ -3,15 +3,17 @@
 
 Subscribes DETECTOR/verdict of every detector, also of those that the parameter further_detectors
 names. Publishes hijack_alert (Bool, latched, reliable and transient local, repeated every second
-with a deadline and a sign of life), hijack_confidence (Float64, 0 to 1, NaN while a detector is
-missing), fusion/verdict (DiagnosticArray) and /diagnostics, which also tells of a second publisher
-of the alert or of a verdict. Service ~/reset (std_srvs/Trigger) takes the alert back.
+with a deadline and a sign of life), hijack_confidence (Float64, 0 to 1, NaN while nothing is known
+of the GPS), fusion/verdict (DiagnosticArray; STALE by the clock when nothing comes for 2 s) and
+/diagnostics, which also tells of a second publisher of the alert or of a verdict. Service ~/reset
+(std_srvs/Trigger) takes the alert back.
 """
 
 from __future__ import annotations
 
 import time
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
@@ -19,7 +21,7 @@ from rclpy.clock import Clock, ClockType
 from std_msgs.msg import Bool, Float64
 from std_srvs.srv import Trigger
 
-from hijack_detect.detectors.fusion import Fusion, FusionResult
+from hijack_detect.detectors.fusion import SILENT_S, Fusion, FusionResult
 from hijack_detect.detectors.fusion_parameters import FusionParameters
 from hijack_detect.detectors.verdict import State
 from hijack_detect.evaluation.monitor.graph import heard
@@ -37,6 +39,8 @@ from hijack_detect.streams.samples import NANOSECONDS
 ALERT_TOPIC = "hijack_alert"
 ALERT_SUBJECT = "hijack alert"
 """What the diagnostics are about."""
+WATCH_S = 0.25
+"""Whether the detectors have fallen silent is looked at this often."""
 
 
 class FusionNode(StageNode[FusionParameters]):
@@ -61,12 +65,17 @@ class FusionNode(StageNode[FusionParameters]):
         self.create_service(Trigger, "~/reset", self._reset)
         self._result: FusionResult | None = None
         self._heard_s = time.monotonic()
+        self._silent_told_s: float | None = None
+        """When it was last said that nothing comes; None while something does."""
+        self._old = range(0)
+        """Stamps of results of before nothing came, see `_current`."""
         self._survivor = Survivor(self.get_fully_qualified_name(), self.parameters.survive_s)
         self._cannot_keep = ""
         self._go_on()
         # ROS time may be paused or set; who listens for a sign of life does not wait for it.
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(REPEAT_S, self._heartbeat, clock=steady)
+        self.create_timer(WATCH_S, self._watch_silence, clock=steady)
         self._heartbeat()
 
     @property
@@ -87,15 +96,14 @@ class FusionNode(StageNode[FusionParameters]):
 
     def publish_output(self, output: FusionResult) -> None:
         """Publish a result; log when the state, the alert or who is missing changes."""
+        output = self._current(output)
         before, self._result = self._result, output
-        self._heard_s = time.monotonic()
+        self._heard_s, self._silent_told_s = time.monotonic(), None
         if before is None or before.alert != output.alert:
             self._alert.publish(Bool(data=output.alert))
             self._keep()
         news = before is None or _said(before) != _said(output)
-        stamp_ns, claim = output.stamp_ns, output.claim
-        self._confidence.publish(stamp_ns, lambda: Float64(data=claim), change=news)
-        self._verdict.publish(stamp_ns, lambda: fusion_message(output), change=news)
+        self._say(output, news=news)
         if news:
             self._tell()
             seconds = output.stamp_ns / NANOSECONDS
@@ -105,6 +113,51 @@ class FusionNode(StageNode[FusionParameters]):
                 self.log.warning(f"{output.state.value} at {seconds:.3f} s: {output.reason}")
             else:
                 self.log.info(f"{output.state.value} at {seconds:.3f} s: {output.reason}")
+
+    def _say(self, output: FusionResult, *, news: bool) -> None:
+        """Publish a result on the intermediate topics."""
+        stamp_ns, claim = output.stamp_ns, output.claim
+        self._confidence.publish(stamp_ns, lambda: Float64(data=claim), change=news)
+        self._verdict.publish(stamp_ns, lambda: fusion_message(output), change=news)
+
+    def _current(self, output: FusionResult) -> FusionResult:
+        """What a result says now.
+
+        The first ones after a silence may be of messages that had waited through it, before a gap:
+        that all was well then says nothing of now. Messages that were late and not lost bring the
+        stamps on at once.
+        """
+        if output.stamp_ns not in self._old:
+            return output
+        return replace(output.silent(self._silent_s), silent_s=None)
+
+    def _watch_silence(self) -> None:
+        """Say that nothing comes, which no stamp can: once a second, and in the log once.
+
+        No alert follows from it, and none ends: those are decided on stamps.
+        """
+        now_s = time.monotonic()
+        if self._result is None or self._silent_s <= self._longest_silence_s:
+            return
+        if self._silent_told_s is None:
+            last_ns = self._result.stamp_ns
+            self._old = range(last_ns, last_ns + round(SILENT_S * NANOSECONDS) + 1)
+            self._result = self._result.silent(self._silent_s)
+            self.log.warning(f"no detector has said anything for {self._silent_s:.1f} s")
+            self._tell()
+        elif now_s - self._silent_told_s < REPEAT_S:
+            return
+        self._silent_told_s = now_s
+        self._say(self._result.silent(self._silent_s), news=True)
+
+    @property
+    def _silent_s(self) -> float:
+        """Seconds without a result, by a clock that nobody sets."""
+        return time.monotonic() - self._heard_s
+
+    @property
+    def _longest_silence_s(self) -> float:
+        return min(SILENT_S, self.parameters.stale_s)
 
     def _keep(self) -> None:
         """Keep the alert beyond the end of this process; tell once if that cannot be done."""
@@ -140,9 +193,9 @@ class FusionNode(StageNode[FusionParameters]):
 
     def _tell(self) -> None:
         """Say in /diagnostics what the monitor can tell."""
-        silent_s = time.monotonic() - self._heard_s
-        if self._result is None or silent_s > self.parameters.stale_s:
-            missing = self.silent(self.parameters.stale_s)
+        silent_s = self._silent_s
+        if self._result is None or silent_s > self._longest_silence_s:
+            missing = self.silent(self._longest_silence_s)
             who = ", ".join(missing) if 0 < len(missing) < len(self._detectors) else "any detector"
             text = f"DEGRADED, nothing can be said for {silent_s:.0f} s: no verdict of {who}"
             values = {"state": State.STALE.value, "degraded": " ".join(missing)}

@@ -110,6 +110,7 @@ def fusion_message(result: FusionResult) -> DiagnosticArray:
         "lost": " ".join(result.lost),
         "degraded": " ".join(result.degraded),
         "causes": " ".join(result.causes),
+        **({} if result.silent_s is None else {"silent_s": f"{result.silent_s:.1f}"}),
         **{f"{name}.state": v.state.value for name, v in result.detectors.items()},
         **{f"{name}.margin": repr(v.margin) for name, v in result.detectors.items()},
     }

@@ -124,7 +124,8 @@ def test_reset_forgets_the_claims_of_the_paper_policy() -> None:
 def test_a_silent_detector_becomes_stale() -> None:
     one = fusion(stale_s=3.0)
     feed(one, *both(0, State.NORMAL, State.NORMAL))
-    assert feed(one, verdict("correlation", 3.0, State.NORMAL))[-1].state is State.NORMAL
+    for at_s in (1.5, 3.0):
+        assert feed(one, verdict("correlation", at_s, State.NORMAL))[-1].state is State.NORMAL
     result = feed(one, verdict("correlation", 3.1, State.NORMAL))[-1]
     assert result.state is State.STALE
     assert result.lost == ("date",)

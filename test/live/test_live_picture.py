@@ -36,7 +36,11 @@ def test_before_anything_is_heard_the_monitor_is_silent_and_not_normal() -> None
         ({"state": State.SUSPICIOUS, "reason": "Δa 2 m/s²"}, "suspicious", "coast: Δa 2 m/s²"),
         ({"alert": True, "reason": "coast alarm"}, "alarm", "coast alarm"),
         ({"degraded": ("kld", "drag")}, "degraded", "without kld, drag"),
-        ({"state": State.STALE}, "degraded", "stopped"),
+        (
+            {"state": State.STALE, "reason": "all inputs had stopped"},
+            "degraded",
+            "all inputs had stopped",
+        ),
         ({"state": State.NOT_OBSERVABLE}, "not_observable", "no detector can tell"),
         ({"state": State.NOT_READY}, "not_ready", "getting ready"),
         ({"alert": True, "degraded": ("kld",), "reason": "coast"}, "alarm", "coast"),

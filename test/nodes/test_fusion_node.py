@@ -24,7 +24,7 @@ from ros import KEEP_ALL, Graph, Listener, RosProcess
 from std_msgs.msg import Bool, Float64
 from std_srvs.srv import Trigger
 
-from hijack_detect.detectors.likelihood import ADVISORY
+from hijack_detect.detectors.likelihood import ADVISORY, CARRY_OFF
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.evaluation.monitor.graph import DETECTORS
 from hijack_detect.nodes.messages import verdict_message
@@ -54,6 +54,8 @@ class Monitored:
             lambda: all(one.get_subscription_count() for one in self._publishers.values()),
             "subscriptions of fusion",
         )
+        topics = ("fusion/verdict", "hijack_confidence")
+        graph.spin_until(lambda: all(map(graph.node.count_publishers, topics)), "its topics")
         self._stamp_ns = START_NS
         self._sent = 0
 
@@ -81,8 +83,18 @@ class Monitored:
 
     def settle(self) -> None:
         """Wait until the fusion has answered to everything."""
-        for listener in (self.verdict, self.confidence):
-            self.graph.spin_until(lambda one=listener: len(one.messages) == self._sent, "answers")
+        self.graph.spin_until(lambda: len(self.answers()) == self._sent, "answers")
+        self.graph.spin_until(
+            lambda: len(self.confidence.messages) == len(self.verdict.messages), "confidences"
+        )
+
+    def answers(self) -> list[DiagnosticArray]:
+        """What was said of a verdict, and not of silence."""
+        return [one for one in self.verdict.messages if "silent_s" not in values_of(one)]
+
+    def hole(self, seconds: float) -> None:
+        """Let time pass on the stamps, without a verdict."""
+        self._stamp_ns += round(seconds * SECOND)
 
     def until_alert(self, value: bool) -> None:
         self.graph.spin_until(
@@ -158,8 +170,17 @@ def test_confidence_lies_between_0_and_1_and_each_verdict_has_one(graph: Graph) 
     for state in State:
         monitored.say(1.0, **dict.fromkeys(DETECTORS, state))
     monitored.settle()
-    told = [one.data for one in monitored.confidence.messages]
-    assert told == [float(values_of(one)["confidence"]) for one in monitored.verdict.messages]
+    known = [
+        (one.data, float(values_of(verdict)["confidence"]))
+        for one, verdict in zip(
+            monitored.confidence.messages, monitored.verdict.messages, strict=True
+        )
+        if values_of(verdict)["state"] in ("normal", "suspicious", "alarm")
+    ]
+    assert len(known) < len(monitored.verdict.messages)
+    assert sum(math.isfinite(one.data) for one in monitored.confidence.messages) == len(known)
+    told = [one for one, _ in known]
+    assert told == [one for _, one in known]
     assert all(0.0 <= one <= 1.0 for one in told)
     assert told[-1] > 0.99
     assert min(told) < 0.2
@@ -204,6 +225,48 @@ def test_one_log_line_for_each_change(graph: Graph) -> None:
     assert all(f": {state} at" in line for line, state in zip(lines[:-1], wanted, strict=False))
     assert "[ERROR]" in lines[-1]
     assert "HIJACK ALERT at 1700000008.400 s: coast says so [coast, 2.0 × its limit]" in lines[-1]
+
+
+def test_when_nothing_comes_it_says_so_and_until_a_detector_can_tell_again(graph: Graph) -> None:
+    monitored = Monitored(graph)
+    monitored.say(2.0)
+    assert monitored.states()[-1] == "normal"
+    assert monitored.confidence.messages[-1].data < 0.2
+    stopped_s = time.monotonic()
+    graph.spin_until(lambda: monitored.states()[-1] == "stale", "STALE when nothing comes")
+    graph.spin_until(lambda: math.isnan(monitored.confidence.messages[-1].data), "NaN")
+    assert time.monotonic() - stopped_s < 3.0
+    heard = len(monitored.verdict.messages)
+    graph.spin_until(lambda: len(monitored.verdict.messages) > heard, "it once more")
+    last = monitored.verdict.messages[-1]
+    assert values_of(last)["alert"] == "false"
+    assert values_of(last)["degraded"].split() == [n for n in DETECTORS if n not in ADVISORY]
+    assert float(values_of(last)["silent_s"]) > 2.0
+
+    monitored.hole(4.0)
+    began = len(monitored.verdict.messages)
+    unready = dict.fromkeys(CARRY_OFF, State.NOT_READY)
+    monitored.say(3.0, answered=False, **unready)  # the first second after a gap is left out
+    graph.spin_until_quiet()
+    assert len(monitored.verdict.messages) > began + 20
+    assert {*monitored.states()[began:]} == {"stale"}
+    assert all(math.isnan(one.data) for one in monitored.confidence.messages[began:])
+    monitored.say(0.4, answered=False)
+    graph.spin_until(lambda: monitored.states()[-1] == "normal", "NORMAL again")
+    graph.spin_until(lambda: monitored.confidence.messages[-1].data < 0.2, "its confidence")
+    assert runs(monitored.alert) == [False]
+
+
+def test_an_alert_stays_when_nothing_comes_any_more(graph: Graph) -> None:
+    monitored = Monitored(graph)
+    monitored.say(2.0)
+    monitored.say(1.0, coast=State.ALARM)
+    heard = len(monitored.verdict.messages)
+    graph.spin_until(lambda: len(monitored.verdict.messages) > heard, "a word about silence")
+    last = values_of(monitored.verdict.messages[-1])
+    assert (last["state"], last["alert"]) == ("alarm", "true")
+    assert monitored.confidence.messages[-1].data > 0.6
+    assert runs(monitored.alert) == [False, True]
 
 
 @pytest.mark.parametrize("silent", [name for name in DETECTORS if name not in ADVISORY])
