@@ -135,9 +135,11 @@ class CoastDetector:
                 self._since_ns = stamp_ns
             self._filter = ekf
             self._begin_bank()
-        elif self._estimator.bridged != self._bridged:
-            self._begin_bank()
         self._bridged = self._estimator.bridged
+        if self._estimator.regaining:
+            self._begin_bank()
+            ekf.steps.clear()
+            return
         for step in ekf.steps:
             if isinstance(step, Propagated):
                 self._bank.propagate(step)
@@ -167,6 +169,9 @@ class CoastDetector:
             return self._silent(stamp_ns, *blocked)
         if self._filter is None:
             reason = "heading unknown: needs a magnetometer or forward flight"
+            return self._silent(stamp_ns, State.NOT_READY, reason)
+        if self._estimator.regaining:
+            reason = "attitude after a gap of the IMU: not known well enough yet"
             return self._silent(stamp_ns, State.NOT_READY, reason)
         if self._recovering(stamp_ns):
             reason = f"specific force or rate beyond {p.max_force:g} m/s², {p.max_rate:g} rad/s"

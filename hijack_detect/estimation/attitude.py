@@ -77,7 +77,8 @@ class AttitudeEstimator:
             self._carry(self._filter.ekf)
         variance = self._heading_variance()
         self._settled |= (
-            math.sqrt(variance) < math.radians(self._parameters.settled_sigma_deg)
+            not self._filter.regaining
+            and math.sqrt(variance) < math.radians(self._parameters.settled_sigma_deg)
             and self._tilt_variance() < SETTLED_TILT**2
         )
         orientation = self._orientation()

@@ -68,6 +68,11 @@ BRIDGE_TURN = 0.5
 AHEAD_NS = NANOSECONDS // 10
 """A GPS measurement this far after the newest IMU sample cannot be used: the filter would take the
 way since then for an error of its own."""
+REGAINED_HEADING = math.radians(6.0)
+"""After a gap the filter is right about its own uncertainty below this, or once it is as sure as
+it was before. A heading that is tens of degrees off, as after a turn that no gyroscope saw, is
+beyond what is linear: with holes of 2 to 10 s in turning flights without GPS velocities, 10° is
+too much, and 6° is not."""
 LOST_HEADING = math.radians(40.0)
 """Beyond this the heading is looked for in all directions again, unless a compass says it."""
 
@@ -86,6 +91,7 @@ class AttitudeFilter:
         buffer: IMU samples that the filter has not used yet, and the one before.
         first_heading: Heading with which it began to use the GPS in full, rad; None before.
         bridged: Gaps in the IMU over which attitude and biases were kept.
+        regaining: Whether the last of them still weighs on the attitude.
     """
 
     def __init__(self, parameters: AttitudeParameters, make_filter: MakeFilter = Ekf) -> None:
@@ -103,10 +109,13 @@ class AttitudeFilter:
         self._noise = ProcessNoise(p.accel_noise, p.gyro_noise, p.accel_bias_walk, p.gyro_bias_walk)
         self._lag_ns = round(p.gps_lag_s * NANOSECONDS)
         self.bridged = 0
+        self._sure_enough = REGAINED_HEADING
+        """Standard deviation of the heading at which a gap is overcome, rad."""
         self._restart()
 
     def _restart(self) -> None:
         self._bank: FilterBank | None = None
+        self.regaining = False
         self._bridged_ns = 0
         """End of the last gap in the IMU over which attitude and biases were kept."""
         self._filter_ns = 0
@@ -174,13 +183,15 @@ class AttitudeFilter:
         """Go on after a gap: biases and heading are kept, the rest may be anything in flight."""
         assert self._bank is not None
         ekf = self._bank.best
+        if not self.regaining:
+            self._sure_enough = max(REGAINED_HEADING, math.sqrt(ekf.heading_variance))
+        self.regaining = True
         turned = math.sqrt(ekf.heading_variance + (BRIDGE_TURN * gap_s) ** 2)
-        by_compass = self._mag_used_ns is not None
         ekf.attitude = from_roll_pitch_yaw(0.0, 0.0, heading(ekf.attitude))
         ekf.set_block(POSITION, BRIDGE_SIGMAS[POSITION])
         ekf.set_block(VELOCITY, BRIDGE_SIGMAS[VELOCITY])
         ekf.set_block(ATTITUDE, np.array([BRIDGE_TILT, BRIDGE_TILT, min(turned, math.pi)]))
-        if turned > LOST_HEADING and not by_compass:
+        if turned > LOST_HEADING:
             ekf.turn(0.0, math.radians(self._parameters.align_sigma_deg))
             self._bank.split(math.radians(self._parameters.align_sigma_deg))
         self.buffer = ImuBuffer()
@@ -288,6 +299,9 @@ class AttitudeFilter:
             )
 
         bank.measure(observe)
+        if self.regaining:
+            sigma = math.sqrt(bank.best.heading_variance)
+            self.regaining = not bank.decided or sigma > self._sure_enough
 
     def _align(self, ekf: Ekf, angle: float, velocity: Array) -> None:
         """Turn the filter to a first heading and start position and velocity on the GPS."""
