@@ -68,11 +68,11 @@ BRIDGE_TURN = 0.5
 AHEAD_NS = NANOSECONDS // 10
 """A GPS measurement this far after the newest IMU sample cannot be used: the filter would take the
 way since then for an error of its own."""
-REGAINED_HEADING = math.radians(6.0)
+REGAINED_HEADING = math.radians(4.0)
 """After a gap the filter is right about its own uncertainty below this, or once it is as sure as
 it was before. A heading that is tens of degrees off, as after a turn that no gyroscope saw, is
-beyond what is linear: with holes of 2 to 10 s in turning flights without GPS velocities, 10° is
-too much, and 6° is not."""
+beyond what is linear. After holes of 2 to 10 s in turning flights without GPS velocities 10° and 6°
+were too much (3 to 9 alerts in 72 holes), and 4° was not."""
 LOST_HEADING = math.radians(40.0)
 """Beyond this the heading is looked for in all directions again, unless a compass says it."""
 

@@ -4,7 +4,8 @@
 Subscribes imu/data_raw, pressure, gps/vel (ENU) and gps/fix; all but the first may be absent.
 Publishes flight_phase (diagnostic_msgs/DiagnosticArray with the stamp of the IMU sample: phase is
 unknown, standing, handled, flying, landing or crashed; since_ns; imu_rate_hz; imu_fault, empty
-while the IMU can be used; the message says why), five times a second.
+while the IMU can be used; the message says why), five times a second, and the same on /diagnostics
+once a second.
 """
 
 from __future__ import annotations
@@ -20,7 +21,10 @@ from hijack_detect.nodes.qos import SENSOR
 from hijack_detect.nodes.running import run
 from hijack_detect.nodes.stage_node import StageNode
 from hijack_detect.nodes.wiring import PHASE_TOPIC, Topics, Wiring, sensor_input
-from hijack_detect.streams.samples import PhaseSample
+from hijack_detect.streams.samples import NANOSECONDS, PhaseSample
+
+PHASE_SUBJECT = "phase of the flight"
+"""What the diagnostics are about."""
 
 
 class FlightPhaseNode(StageNode[FlightPhaseParameters]):
@@ -44,12 +48,17 @@ class FlightPhaseNode(StageNode[FlightPhaseParameters]):
         )
         self._phase = Outlet(self, DiagnosticArray, PHASE_TOPIC, wiring.rate_hz)
         self._last: tuple[object, str] | None = None
+        self._diagnosed_s = 0
 
     def publish_output(self, output: PhaseSample) -> None:
         """Publish flight_phase, and log its changes."""
         now = (output.phase, output.imu_fault)
         news, self._last = now != self._last, now
         self._phase.publish(output.stamp_ns, lambda: phase_message(output), change=news)
+        second = output.stamp_ns // NANOSECONDS
+        if news or second != self._diagnosed_s:
+            self._diagnosed_s = second
+            self.diagnostics.publish(PHASE_SUBJECT, phase_message(output).status[0])
         if news:
             fault = f"; {output.imu_fault}" if output.imu_fault else ""
             self.log.info(f"{output.phase.value}: {output.reason}{fault}")
