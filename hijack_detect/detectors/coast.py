@@ -198,8 +198,12 @@ class CoastDetector:
     def _deviation(self, offsets: Offsets) -> Array:
         """Standard deviation of each offset acceleration on this vehicle, m/s²."""
         p = self._parameters
+        # What a gap of the IMU leaves behind is as large as the filter says, unlike noise, of
+        # which this vehicle may have less.
+        learnt, worse = self._scale.value, self._estimator.worse
+        scale = max(learnt, worse + (1.0 - worse) * learnt)
         variance: Array = (
-            (self._scale.value * offsets.sigma) ** 2
+            (scale * offsets.sigma) ** 2
             + p.floor_acceleration**2
             + (p.floor_velocity / offsets.age_s) ** 2
         )

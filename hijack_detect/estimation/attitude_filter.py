@@ -68,11 +68,11 @@ BRIDGE_TURN = 0.5
 AHEAD_NS = NANOSECONDS // 10
 """A GPS measurement this far after the newest IMU sample cannot be used: the filter would take the
 way since then for an error of its own."""
-REGAINED_HEADING = math.radians(4.0)
-"""After a gap the filter is right about its own uncertainty below this, or once it is as sure as
-it was before. A heading that is tens of degrees off, as after a turn that no gyroscope saw, is
-beyond what is linear. After holes of 2 to 10 s in turning flights without GPS velocities 10° and 6°
-were too much (3 to 9 alerts in 72 holes), and 4° was not."""
+REGAINED_HEADING = math.radians(6.0)
+"""After a gap the filter follows from this standard deviation on, or once it is as sure as it was
+before: a heading that is tens of degrees off, as after a turn that no gyroscope saw, is beyond what
+is linear. Without GPS velocities 10° make alerts after holes in turning flights, and 4° take longer
+than an attack in straight ones."""
 LOST_HEADING = math.radians(40.0)
 """Beyond this the heading is looked for in all directions again, unless a compass says it."""
 
@@ -109,13 +109,13 @@ class AttitudeFilter:
         self._noise = ProcessNoise(p.accel_noise, p.gyro_noise, p.accel_bias_walk, p.gyro_bias_walk)
         self._lag_ns = round(p.gps_lag_s * NANOSECONDS)
         self.bridged = 0
-        self._sure_enough = REGAINED_HEADING
-        """Standard deviation of the heading at which a gap is overcome, rad."""
         self._restart()
 
     def _restart(self) -> None:
         self._bank: FilterBank | None = None
         self.regaining = False
+        self._sure_before: float | None = None
+        """Standard deviation of the heading before a gap that is not overcome yet, rad."""
         self._bridged_ns = 0
         """End of the last gap in the IMU over which attitude and biases were kept."""
         self._filter_ns = 0
@@ -145,6 +145,18 @@ class AttitudeFilter:
     def valid_ns(self) -> int:
         """Time that the filter has reached, nanoseconds; counts once there is a filter."""
         return self._filter_ns
+
+    @property
+    def worse(self) -> float:
+        """How much of a gap of the IMU still weighs on the heading, from 1 down to 0."""
+        if self._bank is None or self._sure_before is None:
+            return 0.0
+        return min(max(self._worse(self._bank.best, self._sure_before), 0.0), 1.0)
+
+    def _worse(self, ekf: Ekf, before: float) -> float:
+        """Uncertainty of the heading, 0 for what it was before a gap, 1 for REGAINED_HEADING."""
+        sigma, span = math.sqrt(ekf.heading_variance), REGAINED_HEADING - before
+        return (sigma - before) / span if span > 0.0 else float(sigma > before)
 
     @property
     def _aligned(self) -> bool:
@@ -183,8 +195,8 @@ class AttitudeFilter:
         """Go on after a gap: biases and heading are kept, the rest may be anything in flight."""
         assert self._bank is not None
         ekf = self._bank.best
-        if not self.regaining:
-            self._sure_enough = max(REGAINED_HEADING, math.sqrt(ekf.heading_variance))
+        if self._sure_before is None:
+            self._sure_before = math.sqrt(ekf.heading_variance)
         self.regaining = True
         turned = math.sqrt(ekf.heading_variance + (BRIDGE_TURN * gap_s) ** 2)
         ekf.attitude = from_roll_pitch_yaw(0.0, 0.0, heading(ekf.attitude))
@@ -299,9 +311,11 @@ class AttitudeFilter:
             )
 
         bank.measure(observe)
-        if self.regaining:
-            sigma = math.sqrt(bank.best.heading_variance)
-            self.regaining = not bank.decided or sigma > self._sure_enough
+        if self._sure_before is not None:
+            worse = self._worse(bank.best, self._sure_before)
+            self.regaining &= not bank.decided or worse >= 1.0
+            if not self.regaining and worse <= 0.0:
+                self._sure_before = None
 
     def _align(self, ekf: Ekf, angle: float, velocity: Array) -> None:
         """Turn the filter to a first heading and start position and velocity on the GPS."""
