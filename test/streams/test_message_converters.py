@@ -126,7 +126,7 @@ def set_field(message: Any, path: str, value: float) -> None:
 
 
 def test_every_converter_is_tested() -> None:
-    assert {*GOOD, "phase"} == {*CONVERTERS} == {*FIELDS, "phase"}  # phase: test_flight_phase
+    assert {*GOOD, "phase"} == {*CONVERTERS} == {*FIELDS, "phase"}  # phase: test_phase_message
 
 
 @pytest.mark.parametrize("name", GOOD)
