@@ -50,7 +50,8 @@ class KldDetector:
     def __init__(self, parameters: KldParameters) -> None:
         """Start with empty windows."""
         self._parameters = p = parameters
-        self.inputs = dict.fromkeys(("phase", "velocity", "satellites", "fix"), p.patience_s)
+        sensors = dict.fromkeys(("velocity", "satellites", "fix"), p.patience_s)
+        self.inputs = {"phase": p.phase_patience_s, **sensors}
         self._gate = FlightGate(min_imu_hz=0.0)
         self._set_back = SetBack()
         self._begin()

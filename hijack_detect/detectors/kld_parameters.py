@@ -6,6 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from hijack_detect.detectors.input_watch import patience
 from hijack_detect.parameters import Parameters, param
 
 NAMES = ("altitude", "satellites", "speed", "track", "latitude", "longitude")
@@ -127,6 +128,7 @@ class KldParameters(Parameters):
         low=3.0,
         high=3600.0,
     )
+    phase_patience_s: float = patience()
 
     def threshold(self, name: str) -> float:
         """Threshold of one of `NAMES`, nats."""
