@@ -11,11 +11,13 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import QuaternionStamped
 from live import stamp_ns
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
-from ros import ROOT, Graph
+from ros import KEEP_ALL, ROOT, Graph
 from sensor_msgs.msg import NavSatFix
 from spoofer_link import START_NS, STEP_NS, Link
 
+from hijack_detect.nodes.messages import phase_message
 from hijack_detect.nodes.qos import SENSOR, remembered
+from hijack_detect.streams.samples import Phase, PhaseSample
 
 
 def test_late_and_best_effort_subscribers(graph: Graph) -> None:
@@ -51,6 +53,14 @@ def test_an_analyser_that_is_killed_misses_nothing(
     beside = ("-r", "__node:=steady", "-r", f"{topic}:=steady")
     steady, outputs = graph.listen(kind, "steady"), graph.listen(kind, topic)
     link = Link(graph)
+    phases = graph.node.create_publisher(DiagnosticArray, "flight_phase", KEEP_ALL)
+
+    def fly(analysers: int) -> None:
+        """Say that no phase comes before the fixes are over: nothing has to wait for one."""
+        if node == "kld_detector":
+            graph.spin_until(lambda: phases.get_subscription_count() >= analysers, "subscriptions")
+            over_ns = START_NS + 1000 * STEP_NS
+            phases.publish(phase_message(PhaseSample(over_ns, Phase.FLYING, over_ns, "flies")))
 
     def until_known(*analysers: str) -> None:
         """Wait until new reports come: who sends them knows this node's older subscriptions."""
@@ -70,6 +80,7 @@ def test_an_analyser_that_is_killed_misses_nothing(
     graph.start(node, *acknowledged, *patience, *beside)
     analyser = graph.start(node, *acknowledged)
     until_known("steady", node)
+    fly(2)
     link.node.signal(signal.SIGCONT)
     link.send(20)
     assert link.change(mode="hard") == ""
@@ -84,6 +95,7 @@ def test_an_analyser_that_is_killed_misses_nothing(
     link.node.signal(signal.SIGSTOP)
     again = graph.start(node, *acknowledged)
     until_known(node)
+    fly(2)
     link.node.signal(signal.SIGCONT)
     link.send(20)
     everything = 80 - behind
