@@ -1,0 +1,88 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
+"""Attitudes of the interval between two GPS velocities."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hijack_detect.detectors.attitude_window import HOLE_NS, AttitudeWindow
+from hijack_detect.streams.samples import NANOSECONDS, AttitudeSample
+
+MS = NANOSECONDS // 1000
+
+
+def attitude(stamp_ns: int) -> AttitudeSample:
+    return AttitudeSample(
+        stamp_ns, (0.0, 0.0, 0.0, 1.0), (0.0, 0.0, 0.0), (0.0, 0.0, 9.8), math.inf
+    )
+
+
+def window(*stamps_ns: int, kept_s: float = 3.0) -> AttitudeWindow:
+    one = AttitudeWindow(kept_s)
+    for stamp_ns in stamps_ns:
+        one.add(attitude(stamp_ns))
+    return one
+
+
+def taken(one: AttitudeWindow, start_ns: int, end_ns: int) -> list[int]:
+    return [sample.stamp_ns for sample in one.take(start_ns, end_ns)]
+
+
+def test_an_interval_has_its_end_and_not_its_start() -> None:
+    one = window(*range(0, 1001 * MS, 100 * MS))
+    assert taken(one, 0, 200 * MS) == [100 * MS, 200 * MS]
+    assert taken(one, 200 * MS, 450 * MS) == [300 * MS, 400 * MS]
+    assert taken(one, 450 * MS, 600 * MS) == [500 * MS, 600 * MS]
+
+
+@pytest.mark.parametrize(
+    "stamps",
+    [
+        (0, 100, 500, 600),  # in the middle
+        (400, 500, 600),  # at the start
+        (100, 200),  # at the end
+        (),
+    ],
+)
+def test_an_interval_with_a_hole_has_no_attitudes(stamps: tuple[int, ...]) -> None:
+    assert taken(window(*(one * MS for one in stamps)), 0, 600 * MS) == []
+
+
+def test_a_hole_is_longer_than_six_samples_of_the_slowest_imu() -> None:
+    assert taken(window(HOLE_NS), 0, 2 * HOLE_NS) == [HOLE_NS]
+    assert taken(window(HOLE_NS + 1), 0, 2 * HOLE_NS) == []
+
+
+def test_after_a_hole_the_next_interval_is_whole() -> None:
+    one = window(100 * MS, 900 * MS, 1000 * MS, 1100 * MS, 1200 * MS)
+    assert taken(one, 0, 1000 * MS) == []
+    assert taken(one, 1000 * MS, 1200 * MS) == [1100 * MS, 1200 * MS]
+
+
+def test_attitudes_older_than_the_window_are_forgotten() -> None:
+    one = window(*range(0, 5001 * MS, 100 * MS))
+    assert taken(one, 1000 * MS, 2000 * MS) == []
+    assert taken(one, 2000 * MS, 2200 * MS) == [2100 * MS, 2200 * MS]
+
+
+@given(
+    st.lists(st.integers(1, 400), min_size=1, max_size=60),
+    st.lists(st.integers(1, 1500), min_size=1, max_size=10),
+)
+def test_each_attitude_is_given_once_and_only_in_intervals_without_holes(
+    steps_ms: list[int], intervals_ms: list[int]
+) -> None:
+    stamps = [sum(steps_ms[: n + 1]) * MS for n in range(len(steps_ms))]
+    one, start, found = window(*stamps, kept_s=100.0), 0, []
+    for length in intervals_ms:
+        end = start + length * MS
+        within = [at for at in stamps if start < at <= end]
+        ends = [start, *within, end]
+        whole = all(b - a <= HOLE_NS for a, b in zip(ends, ends[1:], strict=False))
+        got = taken(one, start, end)
+        assert got == (within if whole else [])
+        found += got
+        start = end
+    assert len(found) == len(set(found))
