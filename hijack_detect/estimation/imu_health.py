@@ -27,6 +27,12 @@ BURSTY = 3.0
 PILE_UP, LEAST_REPEATS = 3, 3
 """Readings pile up at a limit: this many times as many as of the next value, and at least this
 many."""
+BESIDE = 20
+"""Steps of the sensor beside a limit whose readings say how often one value comes by chance. The
+tail of a healthy sensor thins out, so that its last value comes less often than those."""
+BY_CHANCE = 4.0
+"""Standard deviations of a Poisson count, and `LEAST_REPEATS` above it: about 1e-5 by chance. With
+less, an accelerometer that resolves 0.08 m/s² is said to clip for half of a flight."""
 SETTLE_NS = 5 * NANOSECONDS
 """The scale is not judged before so much was averaged."""
 SPREAD = 1.5
@@ -143,6 +149,9 @@ class ImuHealth:
                 repeats = sum(1 for _ in itertools.takewhile(lambda one: one == limit, ordered))  # noqa: B023
                 if repeats < least or repeats == n:
                     continue
+                rate = _usual_repeats(ordered, abs(limit - mean))
+                if repeats < rate + BY_CHANCE * math.sqrt(rate) + LEAST_REPEATS:
+                    continue
                 if repeats >= PILE_UP * ordered.count(ordered[repeats]):
                     return abs(limit)
         return 0.0
@@ -172,3 +181,17 @@ class ImuHealth:
         elif phase.airborne and not LIGHT < weight / GRAVITY < HEAVY:
             return f"the mean specific force in flight is {weight:.1f} m/s²"
         return self._scale
+
+
+def _usual_repeats(ordered: list[float], reach: float) -> float:
+    """How often one value beside the first is read: a coarse sensor repeats every one.
+
+    Args:
+        ordered: Readings of one axis from the limit inwards; at least two differ.
+        reach: The values within this distance of the limit count, m/s².
+    """
+    limit = ordered[0]
+    step = min(abs(b - a) for a, b in itertools.pairwise(ordered) if a != b)
+    steps = max(1.0, min(BESIDE, reach / step))
+    beside = sum(1 for one in ordered if 0.0 < abs(one - limit) <= steps * step)
+    return beside / steps

@@ -2,6 +2,7 @@
 """Attitudes of the interval between two GPS velocities."""
 
 import math
+from itertools import pairwise
 
 import pytest
 from hypothesis import given
@@ -80,7 +81,7 @@ def test_each_attitude_is_given_once_and_only_in_intervals_without_holes(
         end = start + length * MS
         within = [at for at in stamps if start < at <= end]
         ends = [start, *within, end]
-        whole = all(b - a <= HOLE_NS for a, b in zip(ends, ends[1:], strict=False))
+        whole = all(b - a <= HOLE_NS for a, b in pairwise(ends))
         got = taken(one, start, end)
         assert got == (within if whole else [])
         found += got
