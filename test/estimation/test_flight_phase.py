@@ -3,11 +3,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hijack_detect.estimation.flight_phase import FlightPhaseEstimator, FlightPhaseParameters
+from hijack_detect.evaluation.monitor.stage import Stage
+from hijack_detect.simulation.flight import Flight
 from hijack_detect.streams.samples import (
     NANOSECONDS,
     ImuSample,
@@ -118,6 +124,77 @@ def test_clipping_vibration_and_scale_are_named() -> None:
     clean.go(20.0, 0.15, 1.0, climb=1.0)
     assert {sample.imu_fault for sample in clean.said} == {""}
     assert clean.said[-1].imu_rate_hz == 50.0
+
+
+@pytest.mark.parametrize("gap_s", [2.0, 10.0, 29.0])
+def test_a_gap_in_flight_keeps_the_phase(gap_s: float) -> None:
+    one = Vehicle()
+    one.go(10.0)
+    one.go(4.0, 0.15, 0.4, climb=1.0)
+    one.step += round(gap_s * RATE_HZ)
+    assert one.go(3.0, 0.08, 0.3) is Phase.FLYING
+
+
+def test_after_a_long_gap_the_phase_is_unknown_until_it_is_seen() -> None:
+    one = Vehicle()
+    one.go(10.0)
+    one.go(4.0, 0.15, 0.4, climb=1.0)
+    one.step += 31 * RATE_HZ
+    before = len(one.said)
+    one.go(25.0, 0.08, 0.3)
+    assert one.said[before].phase is Phase.UNKNOWN
+    assert one.said[-1].phase is Phase.FLYING
+
+
+def test_a_barometer_that_drifts_with_the_weather_does_not_take_off() -> None:
+    """5 m in 5 minutes, more than a front brings; the vehicle is shaken by wind now and then."""
+    one = Vehicle()
+    for k in range(30):
+        one.go(10.0, 0.05 if k % 5 == 4 else 0.005, climb=5.0 / 300.0)
+    assert {sample.phase for sample in one.said} <= {Phase.UNKNOWN, Phase.STANDING}
+
+
+@pytest.mark.parametrize("route", ["curved", "straight"])
+def test_a_simulated_flight_is_flown_from_its_take_off_to_its_end(
+    route: str, flight: Callable[..., Flight], samples: Callable[..., list[tuple[str, Any]]]
+) -> None:
+    flown = flight(route, 1)
+    said = phases(samples(flown, "imu", "fix", "velocity"))
+    start = flown.plan.start_ns
+    height = flown.motion.position[:, 2] - flown.motion.position[0, 2]
+    high = int(flown.motion.offsets_ns[int(np.argmax(height > 5.0))])
+    flying = [one for one in said if one.stamp_ns - start > high + 2 * NANOSECONDS]
+    assert {one.phase for one in flying} == {Phase.FLYING}
+    assert {one.imu_fault for one in said} == {""}
+
+
+def phases(sent: list[tuple[str, Any]]) -> list[PhaseSample]:
+    estimator = FlightPhaseEstimator(FlightPhaseParameters())
+    outputs = (estimator.update(name, one) for name, one in sent)
+    return [one for one in outputs if one is not None]
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_the_phase_does_not_depend_on_the_order_of_arrival(
+    seed: int, flight: Callable[..., Flight], samples: Callable[..., list[tuple[str, Any]]]
+) -> None:
+    """Within what an input is waited for: half a second of one input, then of the next."""
+    sent = [
+        one
+        for one in samples(flight("curved", seed), "imu", "fix", "velocity")
+        if one[1].stamp_ns < flight("curved", seed).plan.start_ns + 20 * NANOSECONDS
+    ]
+
+    def staged(order: list[tuple[str, Any]]) -> list[PhaseSample]:
+        stage = Stage(lambda: FlightPhaseEstimator(FlightPhaseParameters()))
+        return [out for name, one in order for out in stage.push(name, one)]
+
+    late = sorted(sent, key=lambda one: (one[1].stamp_ns // (NANOSECONDS // 2), one[0]))
+    assert late != sent
+    plain, mixed = staged(sent), staged(late)
+    both = min(len(plain), len(mixed))
+    assert both > 50
+    assert plain[:both] == mixed[:both]
 
 
 @settings(max_examples=50)
