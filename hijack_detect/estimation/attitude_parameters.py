@@ -65,7 +65,9 @@ class AttitudeParameters(Parameters):
     )
     max_imu_gap_s: float = param(
         1.0,
-        "After a longer gap in the IMU data the filter starts afresh.",
+        "After a longer gap in the IMU data the filter takes position, velocity and tilt for "
+        "unknown, and keeps biases and heading with what it may have turned; after 30 s, or before "
+        "it has a heading, it starts anew.",
         unit="s",
         low=0.05,
         high=10.0,
