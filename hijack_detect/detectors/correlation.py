@@ -8,13 +8,14 @@ from collections import deque
 from dataclasses import dataclass
 
 from hijack_detect.detectors.correlation_parameters import CorrelationParameters
+from hijack_detect.detectors.flight_gate import FlightGate
 from hijack_detect.detectors.follow import FollowsCourse
 from hijack_detect.detectors.input_watch import InputWatch
 from hijack_detect.detectors.persistence import Persistence
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.detectors.window import Unwrap, WindowSums
 from hijack_detect.estimation.rotation import heading
-from hijack_detect.streams.samples import NANOSECONDS, AttitudeSample, CourseSample
+from hijack_detect.streams.samples import NANOSECONDS, AttitudeSample, CourseSample, PhaseSample
 
 YAW, COURSE = 0, 1
 YAW_YAW, COURSE_COURSE, YAW_COURSE = 0, 1, 2
@@ -51,21 +52,28 @@ class CorrelationDetector:
     def __init__(self, parameters: CorrelationParameters) -> None:
         """Start with empty windows."""
         self._parameters = p = parameters
-        self.inputs = {"attitude": p.patience_s, "course": p.patience_s}
+        self.inputs = dict.fromkeys(("phase", "attitude", "course"), p.patience_s)
         self._smoothing = WindowSums(max(1, round(p.smoothing_s * NANOSECONDS)), 2)
         self._window_ns = round(p.window_s * NANOSECONDS)
         self._window = WindowSums(self._window_ns, 2, [(0, 0), (1, 1), (0, 1)])
         self._follow = FollowsCourse(p) if p.follow_s > 0.0 else None
         self._persistence = Persistence(p.persist_s)
-        self._watch = InputWatch(tuple(self.inputs))
+        self._gate = FlightGate()
+        self._watch = InputWatch(("attitude", "course"))
         self._unwrap_yaw, self._unwrap_course = Unwrap(), Unwrap()
         self._lag_ns = round(p.course_lag_s * NANOSECONDS)
         self._yaws: deque[tuple[int, float]] = deque()
         self._held_course: float | None = None
         self._heading_variance = math.inf
 
-    def update(self, name: str, sample: AttitudeSample | CourseSample) -> Verdict | None:
+    def update(
+        self, name: str, sample: AttitudeSample | CourseSample | PhaseSample
+    ) -> Verdict | None:
         """Take the next sample in order of stamp; every course sample gives a verdict."""
+        if isinstance(sample, PhaseSample):
+            if self._parameters.in_flight:
+                self._gate.update(sample)
+            return None
         self._watch.see(name, sample.stamp_ns)
         if isinstance(sample, AttitudeSample):
             self._add(sample)
@@ -156,7 +164,9 @@ class CorrelationDetector:
         if sigma > p.max_heading_sigma_deg:
             return State.NOT_OBSERVABLE, f"heading uncertain by {sigma:.0f}° without turns"
         problem = self._follow.problem() if self._follow is not None else ""
-        return (State.NOT_OBSERVABLE, problem) if problem else (None, "")
+        if problem:
+            return State.NOT_OBSERVABLE, problem
+        return self._gate.blocked(course.stamp_ns) or (None, "")
 
     def _score(self, coefficient: float | None, difference_deg: float) -> tuple[float, str]:
         """Algorithm 2 as one number that exceeds 1 exactly when both conditions hold."""

@@ -96,4 +96,8 @@ class CorrelationParameters(Parameters):
         low=0.1,
         high=180.0,
     )
+    in_flight: bool = param(
+        True,
+        "Judge only while the vehicle is in the air with a usable IMU. Faithful: false.",
+    )
     patience_s: float = patience()

@@ -7,6 +7,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from hijack_detect.detectors.flight_gate import FlightGate
 from hijack_detect.detectors.heading_course import NoseCourse
 from hijack_detect.detectors.heading_evidence import HeadingHistory, Headings, Turn
 from hijack_detect.detectors.heading_parameters import HeadingParameters
@@ -23,6 +24,7 @@ from hijack_detect.streams.samples import (
     FixSample,
     ImuSample,
     MagneticSample,
+    PhaseSample,
     Sample,
     VelocitySample,
 )
@@ -70,6 +72,7 @@ class HeadingDetector:
         """Start without history."""
         self._parameters = p = parameters
         self.inputs: Mapping[str, float] = {
+            "phase": p.patience_s,
             "imu": p.sensor_patience_s,
             "mag": p.sensor_patience_s,
             "fix": p.sensor_patience_s,
@@ -85,6 +88,7 @@ class HeadingDetector:
         self._gate = FieldGate(
             math.radians(p.field_heading_deg), math.radians(p.field_dip_deg), p.field_strength
         )
+        self._flight = FlightGate()
         self._compass: Compass | None = None
         self._first_ns: int | None = None
         self._evaluated_ns: int | None = None
@@ -103,6 +107,9 @@ class HeadingDetector:
     def update(self, name: str, sample: Sample) -> Verdict | None:
         """Take the next sample in order of stamp; attitudes give five verdicts a second."""
         stamp = sample.stamp_ns
+        if isinstance(sample, PhaseSample):
+            self._flight.update(sample)
+            return None
         if self._first_ns is None:
             self._first_ns = stamp
         if isinstance(sample, ImuSample):
@@ -214,7 +221,7 @@ class HeadingDetector:
             return State.NOT_READY, "compass has not settled yet"
         if self._history.span_s < min(2.0, self._parameters.settle_s):
             return State.NOT_READY, "less than 2 s of the estimator's heading"
-        return None
+        return self._flight.blocked(stamp_ns)
 
     def _verdict(self, stamp_ns: int) -> Verdict:
         problem = self._unavailable(stamp_ns)

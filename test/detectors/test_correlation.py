@@ -12,8 +12,10 @@ from hypothesis import strategies as st
 
 from hijack_detect.detectors.correlation import CorrelationDetector
 from hijack_detect.detectors.correlation_parameters import CorrelationParameters
+from hijack_detect.detectors.flight_gate import MIN_IMU_HZ
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.streams.samples import AttitudeSample, CourseSample
+from hijack_detect.evaluation.monitor.policies import policy_parameters
+from hijack_detect.streams.samples import AttitudeSample, CourseSample, Phase, PhaseSample
 
 MS = 1_000_000
 FAITHFUL = CorrelationParameters(
@@ -424,3 +426,31 @@ def test_an_alarm_ends_when_course_and_nose_agree_again() -> None:
     assert feed(10.0, steady, lambda t: 80.0)[-1].state is State.ALARM
     assert feed(6.0, steady, steady)[-1].state in (State.NORMAL, State.NOT_OBSERVABLE)
     assert feed(20.0, steady, steady)[-1].state is State.NORMAL
+
+
+@pytest.mark.parametrize(
+    ("phase", "rate_hz", "fault"),
+    [
+        (Phase.STANDING, 50.0, ""),
+        (Phase.HANDLED, 50.0, ""),
+        (Phase.FLYING, MIN_IMU_HZ - 1.0, ""),
+        (Phase.FLYING, 50.0, "the accelerometer clips at 14 m/s²"),
+    ],
+)
+def test_it_judges_in_flight_only_and_the_faithful_one_always(
+    phase: Phase, rate_hz: float, fault: str
+) -> None:
+    def told(parameters: CorrelationParameters, sample: PhaseSample) -> list[Verdict]:
+        detector = CorrelationDetector(parameters)
+        feed, found = Feed(detector), []
+        for half in range(20):
+            assert detector.update("phase", replace(sample, stamp_ns=500 * half * MS)) is None
+            found += feed(0.5, swing, lambda t: -swing(t))
+        return past_start(found)
+
+    flying = PhaseSample(0, Phase.FLYING, 0, "flies", 50.0)
+    blocked = replace(flying, phase=phase, imu_rate_hz=rate_hz, imu_fault=fault)
+    hardened, faithful = CorrelationParameters(follow_s=0.0), policy_parameters("paper").correlation
+    assert {one.state for one in told(hardened, blocked)} == {State.NOT_OBSERVABLE}
+    assert State.NOT_OBSERVABLE not in {one.state for one in told(hardened, flying)}
+    assert told(faithful, blocked) == told(faithful, flying)

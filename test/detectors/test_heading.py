@@ -24,6 +24,8 @@ from hijack_detect.streams.samples import (
     FixSample,
     ImuSample,
     MagneticSample,
+    Phase,
+    PhaseSample,
     Sample,
     VelocitySample,
 )
@@ -163,6 +165,20 @@ def test_flying_off_the_nose_is_suspicious_at_most() -> None:
     assert State.ALARM not in states(verdicts)
     assert max(one.margin for one in verdicts) < 1.0
     assert any("the course turned +" in one.reason for one in verdicts)
+
+
+@pytest.mark.parametrize(("phase", "rate_hz"), [(Phase.HANDLED, 50.0), (Phase.FLYING, 4.0)])
+def test_an_alarm_needs_a_flight_and_an_imu_that_is_fast_enough(
+    phase: Phase, rate_hz: float
+) -> None:
+    sent = flown(45.0, estimated=ramp(30.0, 5.0, 25.0))
+    assert State.ALARM in states(run(sent))
+    gated: Sent = []
+    for name, sample in sent:
+        if name == "imu" and sample.stamp_ns % (SECOND // 5) == 0:
+            gated.append(("phase", PhaseSample(sample.stamp_ns, phase, 0, "so it is", rate_hz)))
+        gated.append((name, sample))
+    assert states(run(gated)) == {State.NOT_READY, State.NOT_OBSERVABLE}
 
 
 def test_without_a_magnetometer() -> None:

@@ -51,6 +51,7 @@ POLICIES: Mapping[str, Mapping[str, Mapping[str, Any]]] = {
             "course_lag_s": 0.0,
             "follow_s": 0.0,
             "max_heading_sigma_deg": 180.0,
+            "in_flight": False,
         },
         "date_detector": {
             "gps_lag_s": 0.0,

@@ -1,0 +1,53 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
+"""Flights as samples in order of stamp, and carry-offs to put into them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from hijack_detect.bags.reader import BagReader
+from hijack_detect.bags.samples import read_samples
+from hijack_detect.logs.formats import as_bag
+from hijack_detect.logs.logged import Wanted
+from hijack_detect.spoofing.scenario import Scenario, parse_scenario
+from hijack_detect.spoofing.spoofer import Spoofer
+from hijack_detect.streams.samples import FixSample, Sample, VelocitySample
+
+ORDER = ("pressure", "imu", "velocity", "mag", "fix")
+Samples = Sequence[tuple[str, Sample]]
+
+
+def samples_of(path: Path) -> tuple[int, Samples]:
+    """Start (ns) and samples of a flight in order of stamp.
+
+    Raises:
+        BagError: It cannot be read.
+    """
+    with (
+        as_bag(path, Wanted()) as (given, converted),
+        BagReader(given, made_from=path if converted else None) as reader,
+    ):
+        samples = [one for one in read_samples(reader, reader.inputs("auto")) if one[0] in ORDER]
+        start_ns = reader.start_ns
+    return start_ns, sorted(samples, key=lambda one: (one[1].stamp_ns, ORDER.index(one[0])))
+
+
+def reported(spoofer: Spoofer, sample: Sample) -> Sample:
+    """What a spoofer makes of a sample of any input."""
+    if isinstance(sample, FixSample):
+        return spoofer.fix(sample)
+    return spoofer.velocity(sample) if isinstance(sample, VelocitySample) else sample
+
+
+def drift(acceleration: float, speed: float, bearing_deg: float, onset_s: float) -> Scenario:
+    """A carry-off that builds up to a speed, from an onset to the flight's end."""
+    model = {
+        "type": "drift",
+        "speed_m_s": speed,
+        "onset_acceleration_m_s2": acceleration,
+        "bearing_deg": bearing_deg,
+    }
+    return parse_scenario(
+        {"segments": [{"name": "away", "start": onset_s, "model": model}]}, "away"
+    )
