@@ -211,7 +211,7 @@ NODES: dict[str, tuple[list[Input], type, str]] = {
     "attitude_estimator": ([RAW_IMU, FIX, VELOCITY, MAG], Imu, "imu/data"),
     "flight_phase": ([RAW_IMU, PRESSURE, VELOCITY, FIX], DiagnosticArray, "flight_phase"),
     "gps_angle": ([FIX], QuaternionStamped, "gps/course"),
-    "correlation_detector": ([ATTITUDE, COURSE], DiagnosticArray, "correlation/verdict"),
+    "correlation_detector": ([PHASE, ATTITUDE, COURSE], DiagnosticArray, "correlation/verdict"),
     "date_detector": ([PHASE, ATTITUDE, FIX, VELOCITY], DiagnosticArray, "date/verdict"),
     "kld_detector": ([PHASE, FIX, VELOCITY, SATELLITES], DiagnosticArray, "kld/verdict"),
     "coast_detector": ([PHASE, RAW_IMU, VELOCITY, MAG, FIX], DiagnosticArray, "coast/verdict"),
@@ -222,7 +222,7 @@ NODES: dict[str, tuple[list[Input], type, str]] = {
         "altitude/verdict",
     ),
     "heading_detector": (
-        [RAW_IMU, MAG, FIX, VELOCITY, ATTITUDE],
+        [PHASE, RAW_IMU, MAG, FIX, VELOCITY, ATTITUDE],
         DiagnosticArray,
         "heading/verdict",
     ),

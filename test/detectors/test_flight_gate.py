@@ -57,7 +57,10 @@ def test_a_fault_of_the_imu_is_the_reason() -> None:
 def test_an_imu_that_is_too_slow_is_the_reason() -> None:
     assert gate(phase(1, Phase.FLYING, MIN_IMU_HZ)).blocked(NANOSECONDS) is None
     blocked = gate(phase(1, Phase.FLYING, 10.0)).blocked(NANOSECONDS)
-    assert blocked == (State.NOT_OBSERVABLE, f"the IMU arrives at 10 Hz, {MIN_IMU_HZ:.0f} Hz are needed")
+    assert blocked == (
+        State.NOT_OBSERVABLE,
+        f"the IMU arrives at 10 Hz, {MIN_IMU_HZ:.0f} Hz are needed",
+    )
 
 
 def test_a_detector_without_an_imu_does_not_ask_for_one() -> None:
