@@ -66,6 +66,13 @@ LANDED_M, LANDED_SHARE = 3.0, 0.5
 not landed, however quiet its hover is."""
 LOW_M, SINKING = 1.5, -0.2
 """A landing: lower than this over the take-off, climbing at less than this, m/s, for 1 s."""
+TOUCH = 2.0
+"""A deviation of the specific force this many times the usual one of the flight, lower than LOW_M,
+may be the bump of a touch-down. Motors that idle on the ground shake the accelerometer as much as
+in flight (recorded: 0.45 and 0.45 m/s²), but they do not turn the vehicle (0.02 and 0.3 rad/s)."""
+STOPPED = 0.125
+"""After such a bump the vehicle stands when its angular velocity deviates by less than this share
+of the usual one of the flight. Recorded with idling motors: 0.05 to 0.1."""
 HANDLED_NS = 6 * NANOSECONDS
 """Take-offs show their height within this time; a vehicle that turns for longer is in a hand."""
 HAND_NS = 10 * NANOSECONDS
@@ -212,6 +219,8 @@ class FlightPhaseEstimator:
         """Whether the flight went faster than a hand does."""
         self._top = 0.0
         """Largest height of the flight over the ground, m."""
+        self._touched = False
+        """Whether the vehicle may have touched down and has not climbed since."""
 
     def update(
         self, name: str, sample: ImuSample | PressureSample | VelocitySample | FixSample
@@ -277,7 +286,7 @@ class FlightPhaseEstimator:
     def _change(self, stamp_ns: int, phase: Phase, reason: str, motion: _Motion) -> None:
         if phase.airborne and not self._phase.airborne:
             self._flight, self._moved = (motion.gyro, motion.force), False
-            self._top = 0.0
+            self._top, self._touched = 0.0, False
         elif not phase.airborne:
             self._ground = None
         self._phase, self._since_ns, self._reason = phase, stamp_ns, reason
@@ -325,6 +334,8 @@ class FlightPhaseEstimator:
         angle = math.degrees(math.acos(max(-1.0, min(1.0, m.upright))))
         if self._phase.airborne:
             self._moved |= m.speed > SLOW
+            bump = m.force > TOUCH * self._flight[1]
+            self._touched = m.height < LOW_M and (self._touched or bump)
             if lies:
                 reason = f"specific force {angle:.0f}° off the body's z axis"
                 return (Phase.CRASHED if self._moved else Phase.HANDLED), reason
@@ -383,7 +394,11 @@ class FlightPhaseEstimator:
     def _at_rest(self, m: _Motion) -> bool:
         """Whether the IMU is as quiet as on the ground, and nothing else contradicts."""
         self._top = max(self._top, m.height) if not math.isnan(m.height) else self._top
-        if m.speed > STILL_SPEED or abs(m.climb) > STILL_CLIMB or m.gyro > DISTURBED:
+        if m.speed > STILL_SPEED or abs(m.climb) > STILL_CLIMB:
+            return False
+        if self._touched and m.gyro < STOPPED * self._flight[0]:
+            return True
+        if m.gyro > DISTURBED:
             return False
         now = (m.gyro, m.force)
         if not self._phase.airborne:

@@ -81,6 +81,35 @@ def test_a_hover_that_is_as_quiet_as_rest_is_flight() -> None:
     assert {sample.phase for sample in one.said[-1400:]} == {Phase.FLYING}
 
 
+def test_motors_that_idle_after_a_touch_down_are_no_flight() -> None:
+    one = Vehicle()
+    one.go(10.0)
+    one.go(4.0, 0.3, 0.45, climb=1.0)
+    one.go(30.0, 0.3, 0.45)
+    one.go(3.5, 0.3, 0.45, climb=-1.0)
+    one.go(0.5, 0.7, 2.5, climb=-0.5)
+    assert one.go(6.0, 0.025, 0.45) is Phase.STANDING
+    assert one.go(4.0, 0.3, 0.45, climb=1.0) is Phase.FLYING
+
+
+@pytest.mark.parametrize(
+    ("height_m", "bump", "gyro", "speed"),
+    [(1.0, 0.45, 0.025, 0.0), (4.0, 2.5, 0.025, 0.0), (1.0, 2.5, 0.08, 0.0), (1.0, 2.5, 0.025, 3.0)],
+    ids=["no bump", "high", "turning", "moving by GPS"],
+)
+def test_a_shaken_hover_is_no_touch_down(
+    height_m: float, bump: float, gyro: float, speed: float
+) -> None:
+    one = Vehicle()
+    one.go(10.0)
+    one.go(4.0, 0.3, 0.45, climb=1.0)
+    one.go(30.0, 0.3, 0.45)
+    one.go(4.0, 0.3, 0.45, climb=(height_m - one.height) / 4.0)
+    one.go(0.5, 0.7, bump)
+    one.go(60.0, gyro, 0.45, speed=speed)
+    assert {sample.phase for sample in one.said[-250:]} <= {Phase.FLYING, Phase.LANDING}
+
+
 def test_speed_and_climb_tell_without_a_barometer() -> None:
     fast, rising = Vehicle(barometer=False), Vehicle(barometer=False)
     for one in (fast, rising):
