@@ -52,6 +52,7 @@ class GnssSanityDetector:
         sensors = dict.fromkeys(("velocity", "satellites", "fix"), p.sensor_patience_s)
         self.inputs: Mapping[str, float] = {"phase": p.patience_s, **sensors}
         self._gate = FlightGate(min_imu_hz=0.0)
+        self._airborne = False
         self._track = Track()
         self._set_back = {name: SetBack() for name in ("fix", "velocity")}
         self._watch = InputWatch(("fix",))
@@ -79,6 +80,9 @@ class GnssSanityDetector:
     def update(self, name: str, sample: GpsSample | PhaseSample) -> Verdict | None:
         """Take the next sample in order of stamp; every fix gives a verdict."""
         if isinstance(sample, PhaseSample):
+            if sample.phase.airborne and not self._airborne:
+                self._mismatch.begin()
+            self._airborne = sample.phase.airborne
             self._gate.update(sample)
             return None
         stamp_ns = sample.stamp_ns

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from hijack_detect.detectors.gnss_sanity import GnssSanityDetector
 from hijack_detect.detectors.gnss_sanity_parameters import GnssSanityParameters
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.streams.samples import SatelliteSample, Vector3
+from hijack_detect.streams.samples import Phase, PhaseSample, SatelliteSample, Vector3
 
 CALM = {State.NOT_READY, State.NORMAL}
 
@@ -80,6 +80,22 @@ def test_position_carried_off_while_the_velocity_is_left_alone() -> None:
     assert alarm.reason.startswith("velocity_mismatch: position off")
     assert 62.0 < seconds(alarm) < 66.0
     assert alarm.values["velocity_mismatch_limit"] < 0.4
+
+
+@pytest.mark.parametrize(("starts_s", "alarms"), [(5.0, False), (25.0, True)])
+def test_a_receiver_that_wanders_on_the_ground_is_no_alarm_after_take_off(
+    starts_s: float, alarms: bool
+) -> None:
+    """20 m at 1.5 m/s without a velocity that says so; the vehicle takes off at 20 s."""
+    sent = flight(45.0, lambda t: (min(20.0, max(0.0, 1.5 * (t - starts_s))), 0.0, 0.0))
+    for half in range(90):
+        phase = Phase.STANDING if half < 40 else Phase.FLYING
+        stamp_ns = START_NS + half * SECOND // 2
+        sent.append(("phase", PhaseSample(stamp_ns, phase, stamp_ns, "test", 50.0)))
+    verdicts = run(sorted(sent, key=lambda one: one[1].stamp_ns))
+    found = [one for one in verdicts if one.state is State.ALARM]
+    assert bool(found) is alarms
+    assert all(seconds(one) > starts_s for one in found)
 
 
 def test_training_the_limits_up_is_slow_and_published() -> None:

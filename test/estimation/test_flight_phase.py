@@ -94,7 +94,12 @@ def test_motors_that_idle_after_a_touch_down_are_no_flight() -> None:
 
 @pytest.mark.parametrize(
     ("height_m", "bump", "gyro", "speed"),
-    [(1.0, 0.45, 0.025, 0.0), (4.0, 2.5, 0.025, 0.0), (1.0, 2.5, 0.08, 0.0), (1.0, 2.5, 0.025, 3.0)],
+    [
+        (1.0, 0.45, 0.025, 0.0),
+        (4.0, 2.5, 0.025, 0.0),
+        (1.0, 2.5, 0.08, 0.0),
+        (1.0, 2.5, 0.025, 3.0),
+    ],
     ids=["no bump", "high", "turning", "moving by GPS"],
 )
 def test_a_shaken_hover_is_no_touch_down(

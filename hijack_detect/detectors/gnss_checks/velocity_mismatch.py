@@ -65,9 +65,10 @@ class VelocityMismatchCheck:
         self._learned = LearnedLevel(limits.floor, limits.gain)
         self._persistence = Persistence(limits.persist_s)
         self._level = False
-        self._start()
+        self.begin()
 
-    def _start(self) -> None:
+    def begin(self) -> None:
+        """Start all horizons anew: at a take-off, since receivers wander on the ground."""
         self._windows: dict[float, deque[_Mark]] = {one: deque() for one in HORIZONS_S}
         self._mark = _Mark(0, ZERO, ZERO, 0.0)
         self._persistence.reset()
@@ -82,10 +83,10 @@ class VelocityMismatchCheck:
         """See Check."""
         residual, velocity = step.residual, step.velocity
         if residual is None or velocity is None or step.before is None:
-            self._start()
+            self.begin()
             return Finding()
         if step.blind_s > MAX_GAP_S:
-            self._start()
+            self.begin()
             return Finding()
         self._level = step.level or math.isnan(residual[2])
         if self._level:  # no height and climb to compare

@@ -46,8 +46,6 @@ FOUND_WITHIN_S: dict[str, float | None] = {
 UNSEEN = frozenset({"ground", "low_imu_rate", "sitl"})
 """Classes of `real/` in which nothing that needs an IMU in flight may claim to tell."""
 NOT_YET = {
-    "erle_quad_9oct_31.bin": "coast alarms once, beside a receiver that loses its fix",
-    "erle_quad_8oct_11.bin": "the receiver's height falls by 30 m in flight, and it claims a fix",
     "erle_quad_26nov_181.bin": "coast alarms 16 s before the receiver fails",
 }
 """Flights of which this does not hold yet, and why: expected to fail."""
