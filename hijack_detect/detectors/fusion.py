@@ -11,6 +11,7 @@ from hijack_detect.detectors.fusion_decisions import decision
 from hijack_detect.detectors.fusion_parameters import FusionParameters
 from hijack_detect.detectors.likelihood import ADVISORY, CARRY_OFF
 from hijack_detect.detectors.verdict import JUDGED, State, Verdict
+from hijack_detect.estimation.receiver_health import POOR, poor_words
 from hijack_detect.streams.samples import NANOSECONDS
 
 KEEPING = frozenset({"kld"})
@@ -173,10 +174,21 @@ class Fusion:
         if name not in self._heard_out:
             causes = self._decision.update(verdict)
             if causes and self._alert_since_ns is None:
-                self._alert_since_ns, self._cause = verdict.stamp_ns, _causes(causes)
+                self._alert_since_ns = verdict.stamp_ns
+                self._cause = self._doubted(_causes(causes), verdict.stamp_ns)
                 self._causes = tuple(dict.fromkeys(v.detector for v in causes))
         self._judge(verdict.stamp_ns)
         return self._result(verdict.stamp_ns)
+
+    def _doubted(self, causes: str, stamp_ns: int) -> str:
+        """Causes, with what speaks for a fault instead of an attack: a poor receiver."""
+        said = [self._seen(name, stamp_ns) for name in self.inputs]
+        words = [poor_words(one.values) for one in said if one is not None]
+        poor = next(filter(None, words), "")
+        if not poor:
+            return causes
+        named = "" if POOR in causes else f"; {POOR} ({poor})"
+        return f"{causes}{named}: this can be a fault of the receiver"
 
     def _judge(self, stamp_ns: int) -> None:
         """Set confidence, and whether it is high enough for a warning."""

@@ -23,6 +23,12 @@ from hijack_detect.detectors.gnss_sanity_parameters import GnssSanityParameters
 from hijack_detect.detectors.input_watch import InputWatch
 from hijack_detect.detectors.set_back import SetBack
 from hijack_detect.detectors.verdict import State, Verdict
+from hijack_detect.estimation.receiver_health import (
+    POOR,
+    ReceiverHealth,
+    ReceiverLimits,
+    poor_words,
+)
 from hijack_detect.streams.samples import (
     NANOSECONDS,
     FixSample,
@@ -41,7 +47,8 @@ class GnssSanityDetector:
 
     The score is its margin. What a check claims is kept for `hold_s` after its last evidence.
     Before a take-off and after a crash it is SUSPICIOUS at most: a receiver that settles jumps as
-    well.
+    well. A receiver that is poor by its own word is named in the reason, and its figures beyond
+    their limits are among the values (`ReceiverHealth`); no state follows from that.
     """
 
     NAME = "gnss"
@@ -57,6 +64,7 @@ class GnssSanityDetector:
         self._set_back = {name: SetBack() for name in ("fix", "velocity")}
         self._watch = InputWatch(("fix",))
         self._mismatch = VelocityMismatchCheck(_mismatch_limits(p))
+        self._receiver = ReceiverHealth(_receiver_limits(p))
         self._stamps = StampsCheck(p.stamps_alarm, p.stamps_in_s)
         self._checks: tuple[Check, ...] = (
             self._stamps,
@@ -78,16 +86,18 @@ class GnssSanityDetector:
         """When SUSPICIOUS and ALARM were last found, and why."""
 
     def update(self, name: str, sample: GpsSample | PhaseSample) -> Verdict | None:
-        """Take the next sample in order of stamp; every fix gives a verdict."""
+        """Take the next sample in order of stamp; every fix gives a verdict, and its absence."""
+        stamp_ns = sample.stamp_ns
         if isinstance(sample, PhaseSample):
             if sample.phase.airborne and not self._airborne:
                 self._mismatch.begin()
             self._airborne = sample.phase.airborne
             self._gate.update(sample)
-            return None
-        stamp_ns = sample.stamp_ns
+            self._receiver.passes(stamp_ns)
+            return self._lost(stamp_ns)
         if isinstance(sample, FixSample):
             self._watch.see("fix", stamp_ns)
+            self._receiver.fix(sample)
             if not sample.has_fix:
                 return self._verdict(stamp_ns, State.NOT_OBSERVABLE, "the receiver has no fix")
             if caught_up := self._set_back["fix"].caught_up(sample.stamp_ns):
@@ -103,6 +113,11 @@ class GnssSanityDetector:
             self._track.velocity(sample)
         else:
             self._track.satellites(sample)
+            self._receiver.satellites(sample)
+        return self._lost(stamp_ns)
+
+    def _lost(self, stamp_ns: int) -> Verdict | None:
+        """What is said once a second while no fix comes."""
         lost = self._watch.lost(stamp_ns)
         if lost is None or not self._watch.due(stamp_ns):
             return None
@@ -146,7 +161,10 @@ class GnssSanityDetector:
             ago_s = (stamp_ns - since_ns) / NANOSECONDS
             if ago_s <= self._parameters.hold_s:
                 state, reason = kept, f"{why} ({ago_s:.1f} s ago)"
-        return Verdict(self.NAME, stamp_ns, state, score, 1.0, reason, values or {})
+        poor = self._receiver.poor()
+        if poor:
+            reason = f"{reason}; {POOR}: {poor_words(poor)}"
+        return Verdict(self.NAME, stamp_ns, state, score, 1.0, reason, {**(values or {}), **poor})
 
 
 def _rank(state: State) -> int:
@@ -161,6 +179,15 @@ def _reason(name: str, finding: Finding) -> str:
 
 def _jump_limits(p: GnssSanityParameters, suspicious_m: float, alarm_m: float) -> JumpLimits:
     return JumpLimits(suspicious_m, alarm_m, p.manoeuvre_m_s2, p.accuracy_gain, p.accuracy_cap_m)
+
+
+def _receiver_limits(p: GnssSanityParameters) -> ReceiverLimits:
+    return ReceiverLimits(
+        p.receiver_no_fix_s,
+        p.receiver_accuracy_m,
+        p.receiver_vertical_accuracy_m,
+        p.receiver_satellites,
+    )
 
 
 def _mismatch_limits(p: GnssSanityParameters) -> MismatchLimits:

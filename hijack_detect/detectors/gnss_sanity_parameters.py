@@ -161,6 +161,37 @@ class GnssSanityParameters(Parameters):
         high=60,
     )
     stamps_in_s: float = param(3.0, "See stamps_alarm.", unit="s", low=0.1, high=60.0)
+    receiver_no_fix_s: float = param(
+        3.0,
+        "The receiver is poor by its own word if it has no fix, or sends nothing, for so long of "
+        "the last minute. That changes no state: it is named in the reason and on /diagnostics. "
+        "Receivers under an open sky lose none (measured); one loss takes them 5 s.",
+        unit="s",
+        low=0.1,
+        high=60.0,
+    )
+    receiver_accuracy_m: float = param(
+        5.0,
+        "It is poor if it claims a horizontal standard deviation above this in most fixes of 10 s "
+        "(ArduPilot aligns no EKF above, nor with an HDOP above 2.5, which is the same).",
+        unit="m",
+        low=0.1,
+        high=1000.0,
+    )
+    receiver_vertical_accuracy_m: float = param(
+        7.5,
+        "The same for its height (ArduPilot's limit).",
+        unit="m",
+        low=0.1,
+        high=1000.0,
+    )
+    receiver_satellites: int = param(
+        6,
+        "It is poor with fewer satellites in most fixes of 10 s (the limit of ArduPilot and of "
+        "PX4, EKF2_REQ_NSATS).",
+        low=0,
+        high=200,
+    )
     hold_s: float = param(
         2.0,
         "SUSPICIOUS and ALARM are kept for so long after their last evidence, for the fusion.",

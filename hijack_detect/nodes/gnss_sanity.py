@@ -5,7 +5,8 @@ Subscribes flight_phase, gps/fix, gps/vel (ENU) and gps/satellites (UInt32), of 
 may be absent, and imu/data_raw for its stamps. Publishes gnss/verdict (DiagnosticArray, with the
 margin of every check), gnss/hijacked (Bool), gnss/margin (score over threshold, Float64), and the
 margins gnss/jump, gnss/freeze, gnss/velocity_mismatch and gnss/velocity_mismatch_limit (part of
-the full limits in force) as Float64. More than one publisher on gps/fix is told on /diagnostics;
+the full limits in force) as Float64. /diagnostics warn once a second of a receiver that is poor by
+its own word (lost fixes, satellites, claimed accuracy), and of more than one publisher on gps/fix;
 the verdict depends on stamped messages alone and looks for what two streams do.
 """
 
@@ -13,6 +14,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import TwistStamped
 from rclpy.executors import SingleThreadedExecutor
 from sensor_msgs.msg import NavSatFix
@@ -20,6 +22,8 @@ from std_msgs.msg import UInt32
 
 from hijack_detect.detectors.gnss_sanity import GnssSanityDetector
 from hijack_detect.detectors.gnss_sanity_parameters import GnssSanityParameters
+from hijack_detect.detectors.verdict import Verdict
+from hijack_detect.estimation.receiver_health import POOR, POOR_FIGURES, poor_words
 from hijack_detect.nodes.detector_node import DetectorNode
 from hijack_detect.nodes.publishers import PublisherWatch
 from hijack_detect.nodes.qos import SENSOR
@@ -27,8 +31,11 @@ from hijack_detect.nodes.running import run
 from hijack_detect.nodes.wiring import Input, Topics, Wiring, phase_input, sensor_input
 from hijack_detect.streams.headerless import SatelliteStamps
 from hijack_detect.streams.messages import satellite_count
+from hijack_detect.streams.samples import NANOSECONDS
 
 FIX = "gps/fix"
+RECEIVER = "receiver"
+"""What the diagnostics are about."""
 FIGURES = ("jump", "freeze", "velocity_mismatch", "velocity_mismatch_limit")
 
 
@@ -59,6 +66,30 @@ class GnssSanityNode(DetectorNode[GnssSanityParameters]):
             node_name="gnss_sanity",
         )
         self._watch = PublisherWatch(self, self.diagnostics, (FIX,))
+        self._poor, self._diagnosed_s = "", 0
+
+    def publish_output(self, output: Verdict) -> None:
+        """Publish a verdict, and what the receiver says of itself: once a second, and if it ends.
+
+        See DetectorNode.
+        """
+        super().publish_output(output)
+        poor = poor_words(output.values)
+        news, self._poor = bool(poor) is not bool(self._poor), poor
+        second = output.stamp_ns // NANOSECONDS
+        if news or second != self._diagnosed_s:
+            self._diagnosed_s = second
+            level = DiagnosticStatus.WARN if poor else DiagnosticStatus.OK
+            text = f"{POOR}: {poor}" if poor else "nothing to object by its own word"
+            figures = {
+                name: f"{output.values[name]:.1f}"
+                for name in sorted(POOR_FIGURES & {*output.values})
+            }
+            self.diagnostics.tell(RECEIVER, level, text, figures)
+        if news:
+            self.log.info(
+                f"{POOR}: {poor}" if poor else "the receiver is good again by its own word"
+            )
 
     def samples(self, name: str, converted: Any, published_ns: int) -> list[tuple[str, Any]]:
         """See StageNode; a count follows once the fix after it is there."""

@@ -2,6 +2,7 @@
 """One alert from several verdicts."""
 
 import math
+from dataclasses import replace
 
 import pytest
 from hypothesis import given
@@ -53,6 +54,19 @@ def test_any_alerts_on_a_single_alarm(name: str) -> None:
     assert result.alert_since_ns == SECOND
     assert result.state is State.ALARM
     assert f"{name} says so" in result.reason
+
+
+def test_an_alert_beside_a_poor_receiver_says_that_it_can_be_a_fault() -> None:
+    figures = {"poor_no_fix": 7.0}
+    for gnss, words in (
+        (verdict("gnss", 0, State.NORMAL), ""),
+        (replace(verdict("gnss", 0, State.NORMAL), values=figures), "(no fix for 7 s of a minute)"),
+    ):
+        one = Fusion(FusionParameters(policy="any"), (*NAMES, "gnss"))
+        cause = feed(one, gnss, verdict("date", 1, State.ALARM))[-1].cause
+        assert cause.startswith("date says so [date, 1.5 × its limit]")
+        assert words in cause
+        assert cause.endswith("can be a fault of the receiver") is bool(words)
 
 
 @pytest.mark.parametrize("state", [one for one in State if one is not State.ALARM])

@@ -34,6 +34,29 @@ def test_a_steady_flight_is_normal_and_has_every_margin() -> None:
     assert values["speed"] == pytest.approx(5.0 / 48.0, rel=1e-3)
 
 
+def test_a_poor_receiver_is_named_and_no_state_follows() -> None:
+    """In NORMAL, SUSPICIOUS and ALARM; an attacker jams first."""
+
+    def offset(t: float) -> Vector3:
+        return (5.0 * (t >= 15.0) + 20.0 * (t >= 18.0), 0.0, 0.0)
+
+    good = flight(20.0, offset)
+    bad = [
+        (name, dataclasses.replace(one, accuracy_m=9.0) if name == "fix" else one)
+        for name, one in good
+    ]
+    said, usual = run(bad, accuracy_gain=0.0), run(good, accuracy_gain=0.0)
+    assert [one.state for one in said] == [one.state for one in usual]
+    words = "; the receiver is poor by its own word: claims 9.0 m"
+    late = [one for one in said if seconds(one) > 5.0]
+    assert states(late) == {State.NORMAL, State.SUSPICIOUS, State.ALARM}
+    for one in late:
+        assert one.reason.endswith(words)
+        assert one.reason.count(words) == 1
+        assert one.values["poor_accuracy"] == 9.0
+    assert not any("poor" in one.reason or "poor_accuracy" in one.values for one in usual)
+
+
 @pytest.mark.parametrize(
     ("metres", "expected"), [(2.0, State.NORMAL), (5.0, State.SUSPICIOUS), (20.0, State.ALARM)]
 )

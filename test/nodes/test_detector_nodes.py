@@ -3,11 +3,12 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from feed import GPS_NS, SATELLITES, VELOCITY, Fed, satellites, velocity
+from feed import GPS_NS, SATELLITES, VELOCITY, Fed, fix, satellites, velocity
 from live import SECOND, values_of
 from rclpy.qos import qos_profile_sensor_data
 from ros import Graph
@@ -130,3 +131,33 @@ def test_a_second_publisher_of_fixes_is_told_within_seconds(graph: Graph) -> Non
         "2 publishers on /gps/fix: one may be an attacker's, or of a process that died"
         in fed.process.output
     )
+
+
+def test_a_poor_receiver_is_told_on_diagnostics_and_in_the_reason(graph: Graph) -> None:
+    fed = Fed(graph, "gnss_sanity")
+
+    def claims_9_m(stamp_ns: int) -> NavSatFix:
+        message = fix(stamp_ns)
+        message.position_covariance = [81.0, 0.0, 0.0, 0.0, 81.0, 0.0, 0.0, 0.0, 81.0]
+        message.position_covariance_type = NavSatFix.COVARIANCE_TYPE_DIAGONAL_KNOWN
+        return message
+
+    def told(level: bytes) -> list[DiagnosticStatus]:
+        found = [one for message in fed.diagnostics.messages for one in message.status]
+        return [one for one in found if one.name == "/gnss_sanity: receiver" and one.level == level]
+
+    fed.good(10)
+    graph.spin_until(lambda: told(DiagnosticStatus.OK), "a word about a good receiver")
+    fed.inputs = [
+        dataclasses.replace(one, good=claims_9_m) if one.name == "fix" else one
+        for one in fed.inputs
+    ]
+    fed.good(40)
+    graph.spin_until(lambda: told(DiagnosticStatus.WARN), "a word about a poor one")
+    words = "the receiver is poor by its own word: claims 9.0 m"
+    assert told(DiagnosticStatus.WARN)[-1].message.startswith(words)
+    assert values_of(told(DiagnosticStatus.WARN)[-1])["poor_accuracy"] == "9.0"
+    poor = [one for one in fed.output.messages if words in one.status[0].message]
+    assert poor
+    assert {values_of(one)["state"] for one in poor} == {"normal"}
+    assert fed.process.interrupt() == 0
