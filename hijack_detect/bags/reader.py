@@ -61,6 +61,8 @@ class BagReader:
         end_ns: Log time of the last message, nanoseconds.
         topics: Type by topic, of the topics that have messages.
         message_counts: Number of messages by topic.
+        at_ns: Log time of the message that was read last, nanoseconds; that of the first message
+            before.
     """
 
     def __init__(self, path: str | Path, *, made_from: Path | None = None) -> None:
@@ -157,6 +159,7 @@ class BagReader:
             if waiting:
                 message = heapq.heappop(waiting)[2]
                 held -= len(message.data)
+                self.at_ns = message.log_ns
                 yield message
 
     def deserialize(self, raw: RawMessage) -> Any:
@@ -250,7 +253,7 @@ class BagReader:
                 "recorded by ROS 2"
             )
         self.message_counts = dict(counts)
-        self.start_ns = min(file.start_ns for file in self._files if file.counts)
+        self.start_ns = self.at_ns = min(file.start_ns for file in self._files if file.counts)
         self.end_ns = max(file.end_ns for file in self._files if file.counts)
 
     @staticmethod

@@ -16,6 +16,17 @@ SILENT_NS = 3 * NANOSECONDS
 """Without a phase for this long a detector goes on as in flight: better a false alarm than none."""
 
 
+def imu_trouble(sample: PhaseSample, min_imu_hz: float = MIN_IMU_HZ) -> str:
+    """Why the IMU cannot be used, with figures; empty if it can.
+
+    The rate comes first: samples that are too few alias, and have a wrong mean force from that.
+    """
+    if sample.imu_rate_hz < min_imu_hz:
+        rate = f"the IMU arrives at {sample.imu_rate_hz:.0f} Hz"
+        return f"{rate}, {min_imu_hz:.0f} Hz are needed"
+    return sample.imu_fault
+
+
 class FlightGate:
     """Keeps the newest phase of the flight."""
 
@@ -57,12 +68,8 @@ class FlightGate:
             return State.NOT_OBSERVABLE, f"not in flight: {last.phase.value}, {last.reason}"
         if not self._min_imu_hz:
             return None
-        if last.imu_fault:
-            return State.NOT_OBSERVABLE, last.imu_fault
-        if last.imu_rate_hz < self._min_imu_hz:
-            reason = f"the IMU arrives at {last.imu_rate_hz:.0f} Hz"
-            return State.NOT_OBSERVABLE, f"{reason}, {self._min_imu_hz:.0f} Hz are needed"
-        return None
+        trouble = imu_trouble(last, self._min_imu_hz)
+        return (State.NOT_OBSERVABLE, trouble) if trouble else None
 
     def _fresh(self, stamp_ns: int) -> PhaseSample | None:
         last = self._last

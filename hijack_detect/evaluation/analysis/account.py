@@ -12,12 +12,16 @@ from dataclasses import dataclass
 from typing import Any
 
 from hijack_detect.detectors.coast import CoastDetector
+from hijack_detect.detectors.flight_gate import imu_trouble
 from hijack_detect.detectors.fusion import KEEPING, Fusion, FusionResult
 from hijack_detect.detectors.fusion_parameters import FusionParameters
+from hijack_detect.detectors.gnss_sanity import GnssSanityDetector
 from hijack_detect.detectors.likelihood import CARRY_OFF, SOFT
 from hijack_detect.detectors.verdict import JUDGED, RAISED, Verdict
+from hijack_detect.estimation.receiver_health import POOR_FIGURES, SATELLITES, poor_words
 from hijack_detect.evaluation.analysis.alarms import AlertSpan, AlertSpans, Span, StateSpans
 from hijack_detect.evaluation.analysis.inputs import Inputs
+from hijack_detect.evaluation.analysis.log_clock import LogClock
 from hijack_detect.evaluation.analysis.times import Times
 from hijack_detect.evaluation.monitor.graph import heard
 from hijack_detect.evaluation.monitor.stage import Stage
@@ -70,6 +74,41 @@ class TakenBack:
         return result
 
 
+class PoorReceiver:
+    """How long the receiver was poor by its own word, and its worst figures meanwhile.
+
+    Attributes:
+        lasted_ns: Nanoseconds for which it was.
+    """
+
+    def __init__(self, stale_ns: int) -> None:
+        """Start with a good one, whose word holds for `stale_ns` at most."""
+        self._stale_ns = stale_ns
+        self._since_ns: int | None = None
+        self._worst: dict[str, float] = {}
+        self.lasted_ns = 0
+
+    def add(self, verdict: Verdict) -> None:
+        """Take the next verdict of `gnss`."""
+        self.finish(verdict.stamp_ns)
+        poor = {name: verdict.values[name] for name in POOR_FIGURES & verdict.values.keys()}
+        for name, value in poor.items():
+            worse = min if name == SATELLITES else max
+            self._worst[name] = worse(value, self._worst.get(name, value))
+        self._since_ns = verdict.stamp_ns if poor else None
+
+    def finish(self, end_ns: int) -> None:
+        """Count until a stamp."""
+        if self._since_ns is not None:
+            self.lasted_ns += max(0, min(end_ns - self._since_ns, self._stale_ns))
+        self._since_ns = None
+
+    @property
+    def words(self) -> str:
+        """The worst figures, empty if it was never poor."""
+        return poor_words(self._worst)
+
+
 @dataclass(frozen=True)
 class Watched:
     """When what could be judged.
@@ -89,6 +128,17 @@ class Watched:
     carry_off: Times
     visible: list[tuple[int, int, float]]
 
+    def within(self, start_ns: int, end_ns: int) -> Watched:
+        """The part of it from one stamp to another, nanoseconds."""
+        whole = Times([(start_ns, end_ns)])
+        return Watched(
+            self.in_air & whole,
+            {name: times & whole for name, times in self.told.items()},
+            self.alertable & whole,
+            self.carry_off & whole,
+            self.visible,
+        )
+
     def seen(self, acceleration: float) -> Times:
         """When `coast` claimed to see an offset acceleration (m/s²), in the air."""
         return self.in_air & Times((a, b) for a, b, least in self.visible if least <= acceleration)
@@ -104,16 +154,25 @@ class Account:
         phases: Nanoseconds in each phase, by phase and reason.
         imu_faults: First words and nanoseconds of each fault of the IMU, by its words without
             figures.
+        receiver: Until when the receiver was poor by its own word, and how much so.
     """
 
-    def __init__(self, detectors: Sequence[str], fusion: FusionParameters, start_ns: int) -> None:
+    def __init__(
+        self,
+        detectors: Sequence[str],
+        fusion: FusionParameters,
+        start_ns: int,
+        clock: LogClock | None = None,
+    ) -> None:
         """Begin a flight.
 
         Args:
             detectors: Names of the parts that give verdicts.
             fusion: Parameters of the fusion.
             start_ns: Where the flight begins, nanoseconds.
+            clock: Where stamps belong, None if they are as they should be.
         """
+        self._clock = clock
         self._fusion = fusion
         self._stale_ns = round(fusion.stale_s * NANOSECONDS)
         self._spans = {name: StateSpans(start_ns, self._stale_ns) for name in (MONITOR, *detectors)}
@@ -127,6 +186,7 @@ class Account:
         self.newest_ns = 0
         self.phases: dict[tuple[str, str], int] = defaultdict(int)
         self.imu_faults: dict[str, tuple[str, int]] = {}
+        self.receiver = PoorReceiver(self._stale_ns)
 
     def take(self, sample: Sample) -> None:
         """Take a sample that the monitor is given."""
@@ -134,19 +194,22 @@ class Account:
 
     def hear(self, part: str, output: Any) -> None:
         """Take what a part of the monitor puts out."""
+        own, output = output, self._placed(output)
         if part == FUSION:
             self._spans[MONITOR].add(output)
             self._alerts.add(output)
             self.newest_ns = output.stamp_ns
             return
         if part in self._again.component.inputs:
-            for result in self._again.push_all(part, [output]):
-                self._alarms.add(result)
+            for result in self._again.push_all(part, [own]):
+                self._alarms.add(self._placed(result))
         if part == PHASE:
             self._close_phase(output.stamp_ns)
             self._phase = output
         elif part in self._spans:
             self._spans[part].add(output)
+            if part == GnssSanityDetector.NAME:
+                self.receiver.add(output)
             peak = self.peaks.get(part)
             if output.state in JUDGED and (peak is None or output.margin > peak.margin):
                 self.peaks[part] = output
@@ -154,6 +217,9 @@ class Account:
                 told = output.state in JUDGED and VISIBLE in output.values
                 self._visible_ns.append(output.stamp_ns)
                 self._visible.append(output.values[VISIBLE] if told else float("inf"))
+
+    def _placed(self, output: Any) -> Any:
+        return output if self._clock is None else self._clock.placed(output)
 
     def _close_phase(self, stamp_ns: int) -> None:
         """Account the phase that holds until a stamp, or until it is stale."""
@@ -165,9 +231,10 @@ class Account:
         if last.phase.airborne:
             self._air.append((last.stamp_ns, end_ns))
         self.phases[last.phase.value, last.reason] += lasted
-        if last.imu_fault:
-            kind = FIGURES.sub("", last.imu_fault)
-            words, before = self.imu_faults.get(kind, (last.imu_fault, 0))
+        trouble = imu_trouble(last) if last.imu_rate_hz else last.imu_fault
+        if trouble:
+            kind = FIGURES.sub("", trouble)
+            words, before = self.imu_faults.get(kind, (trouble, 0))
             self.imu_faults[kind] = words, before + lasted
 
     def finish(self, end_ns: int) -> tuple[dict[str, list[Span]], Watched]:
@@ -178,6 +245,7 @@ class Account:
         """
         self._close_phase(end_ns)
         self._phase = None
+        self.receiver.finish(end_ns)
         spans = {name: one.finish(end_ns) for name, one in self._spans.items()}
         told = {
             name: Times((one.start_ns, one.end_ns) for one in own if one.state in JUDGED)

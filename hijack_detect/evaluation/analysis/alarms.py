@@ -70,10 +70,10 @@ class StateSpans:
         """What holds since the last verdict, until it would go stale."""
 
     def add(self, said: Said) -> None:
-        """Take the next verdict, in order of stamp."""
-        self._close(said.stamp_ns)
-        stale_ns = said.stamp_ns + self._stale_ns
-        self._last = Span(said.state, said.stamp_ns, stale_ns, said.reason)
+        """Take the next verdict, in order of stamp; one of before the last holds from that on."""
+        stamp_ns = max(said.stamp_ns, self._last.start_ns)  # a clock may be set back a little
+        self._close(stamp_ns)
+        self._last = Span(said.state, stamp_ns, stamp_ns + self._stale_ns, said.reason)
 
     def finish(self, end_ns: int) -> list[Span]:
         """All spans of the flight, which ends here, nanoseconds."""

@@ -21,9 +21,11 @@ from hijack_detect.evaluation.analysis.analysis import (
     Peak,
     Spoof,
 )
+from hijack_detect.evaluation.analysis.log_clock import LogClock
 from hijack_detect.evaluation.analysis.sentence import sentence
 from hijack_detect.evaluation.analysis.times import Times
 from hijack_detect.evaluation.analysis.worth import (
+    clock_notes,
     not_judged,
     sensor_notes,
     visible,
@@ -83,9 +85,9 @@ def analyse(
         scenario: An attack to inject, if any.
         further: Further detectors, see `Monitor`.
         imported: What was noted when the bag was made of a log.
-        on_sample: Called with every sample.
-        on_output: Called with part and output of everything that any part puts out: verdicts
-            are not kept, for no flight is too long to be analysed.
+        on_sample: Called with every sample, placed by `LogClock`.
+        on_output: Called with part and output of everything that any part puts out, placed by
+            `LogClock`: verdicts are not kept, for no flight is too long to be analysed.
 
     Raises:
         BagError: The bag cannot be read, or its label is none.
@@ -94,21 +96,24 @@ def analyse(
     attack, source = known_attack(reader, scenario)
     truth = truth_track(reader) if scenario is None else None
     flight, monitor = FlightNotes(reader.start_ns), Monitor(parameters, further)
-    account = Account(monitor.detectors, parameters.fusion, reader.start_ns)
+    clock = LogClock(adopt_first=attack is None)
+    account = Account(monitor.detectors, parameters.fusion, reader.start_ns, clock)
 
     def take(sample: Sample) -> None:
+        clock.take(sample, reader.at_ns)
         account.take(sample)
         if on_sample is not None:
-            on_sample(sample)
+            on_sample(clock.placed(sample))
 
     samples = spoofed_samples(reader, scenario, flight, truth=truth)
     for part, output in outputs_of(samples, monitor, on_sample=take):
         account.hear(part, output)
         if on_output is not None:
-            on_output(part, output)
+            on_output(part, clock.placed(output))
 
     end_ns = max(reader.end_ns, account.newest_ns)
     spans, watched = account.finish(end_ns)
+    watched = watched.within(reader.start_ns, reader.end_ns)
     alerts = account.alerts(end_ns)
     hit = first_hit(alerts, attack)
     unjudged = not_judged(account, watched, spans)
@@ -136,6 +141,7 @@ def analyse(
                 account.peaks.get(name),
                 spans[name],
                 (watched.in_air & watched.told[name]).seconds,
+                reader.end_ns,
                 seconds,
             )
             for name in monitor.detectors
@@ -143,6 +149,7 @@ def analyse(
         in_air_s=watched.in_air.seconds,
         judged_s=(watched.in_air & watched.carry_off).seconds,
         at_risk_s=at_risk(watched, alerts).seconds,
+        receiver_poor_s=account.receiver.lasted_ns / NANOSECONDS,
         visible=visible(watched),
         visible_steps=tuple(visible_steps(watched)),
         spoof=_spoof(attack, source, flight, seconds),
@@ -153,7 +160,11 @@ def analyse(
             None if hit is None or not flight.separations else flight.separation_at(hit.start_ns)
         ),
         skipped=skipped(flight, monitor, notes),
-        notes=(*notes.said, *sensor_notes(account, reader.duration_s)),
+        notes=(
+            *notes.said,
+            *clock_notes(monitor.clock.said),
+            *sensor_notes(account, reader.duration_s),
+        ),
     )
     analysis = draft.model_copy(update={"verdict": sentence(draft)})
     return Analysed(analysis, flight, parameters, attack, alerts, spans, end_ns)
@@ -220,12 +231,16 @@ def _alerts(alerts: Sequence[AlertSpan], seconds: Callable[[int], float]) -> tup
 
 
 def _detector(
-    peak: Verdict | None, spans: list[Span], told_s: float, seconds: Callable[[int], float]
+    peak: Verdict | None,
+    spans: list[Span],
+    told_s: float,
+    until_ns: int,
+    seconds: Callable[[int], float],
 ) -> DetectorAnalysis:
-    """Alarms, seconds in each state, and the largest margin of one detector."""
+    """Alarms, seconds in each state until the last message, and the largest margin."""
     state_s = dict.fromkeys(State, 0.0)
     for span in spans:
-        state_s[span.state] += span.seconds
+        state_s[span.state] += max(0, min(span.end_ns, until_ns) - span.start_ns) / NANOSECONDS
     return DetectorAnalysis(
         alarms=tuple(
             Interval(start_s=seconds(span.start_ns), end_s=seconds(span.end_ns))

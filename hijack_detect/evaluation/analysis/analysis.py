@@ -143,6 +143,8 @@ class Analysis(_Model):
     """Seconds in the air in which a detector could tell that could see a carry-off."""
     at_risk_s: float = Field(ge=0.0)
     """Seconds in the air in which an alert was possible, until the first alert."""
+    receiver_poor_s: float = Field(default=0.0, ge=0.0)
+    """Seconds for which the receiver was poor by its own word; a note says in what."""
     visible: Visible | None
     """What a clean verdict is worth, see docs/analyze-a-log.md; null if `coast` could not tell."""
     visible_steps: tuple[Visible, ...]

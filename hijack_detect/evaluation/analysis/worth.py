@@ -6,15 +6,18 @@ from __future__ import annotations
 import bisect
 import itertools
 import math
+import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 
 from hijack_detect.detectors.likelihood import CARRY_OFF
 from hijack_detect.detectors.verdict import JUDGED
+from hijack_detect.estimation.receiver_health import POOR
 from hijack_detect.evaluation.analysis.account import Account, Watched
 from hijack_detect.evaluation.analysis.alarms import UNSAID, Span
 from hijack_detect.evaluation.analysis.analysis import Visible
 from hijack_detect.evaluation.analysis.times import Times
+from hijack_detect.streams.samples import NANOSECONDS
 
 STEPS = (0.3, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 5.0)
 """m/s²: the pulls that `visible_steps` counts."""
@@ -23,8 +26,12 @@ MOST = 0.9
 was blindest would make the claimed size large and the claimed time hardly longer."""
 LEAST = 0.005
 """Share of the time in the air below which it is 0 %: then nothing was judged."""
+LEAST_POOR_S = 5.0
+"""Seconds for which a receiver has to be poor to be named."""
 FAULTY = 0.1
 """Share of the flight for which an IMU has to be faulty to be named."""
+MOST_STEPS = 8
+"""Steps of the receiver's time that are named one by one."""
 
 
 def visible(watched: Watched) -> Visible | None:
@@ -61,9 +68,10 @@ def not_judged(account: Account, watched: Watched, spans: Mapping[str, list[Span
         return unusable
     if in_air_s <= 0.0:
         return _on_the_ground(account)
-    faults = {words: ns for words, ns in account.imu_faults.values()}
+    least_ns = FAULTY * in_air_s * NANOSECONDS
+    faults = {words: ns for words, ns in account.imu_faults.values() if ns > least_ns}
     if faults:
-        return f"the IMU cannot be used: {max(faults, key=lambda words: faults[words])}"
+        return f"the IMU cannot be used: {_of_it(max(faults, key=lambda one: faults[one]))}"
     reasons = {name: _main_reason(spans[name], watched.in_air) for name in sorted(CARRY_OFF)}
     given = [f"{name}: {why}" for name, why in reasons.items() if why != UNSAID]
     told = "; ".join(given) or "none gave a verdict"
@@ -98,6 +106,28 @@ def _main_reason(spans: Sequence[Span], in_air: Times) -> str:
 def sensor_notes(account: Account, duration_s: float) -> Iterator[str]:
     """What is odd about the sensors and their clocks."""
     yield from account.inputs.notes(duration_s)
+    if poor := poor_receiver(account):
+        lasted_s = account.receiver.lasted_ns / NANOSECONDS
+        yield f"{POOR.capitalize()} for {lasted_s:.0f} s: {poor}."
     for words, lasted_ns in account.imu_faults.values():
-        if lasted_ns / 1e9 > FAULTY * duration_s:
-            yield f"The IMU could not be used for {lasted_ns / 1e9:.0f} s: {words}."
+        if lasted_ns / NANOSECONDS > FAULTY * duration_s:
+            yield f"The IMU could not be used for {lasted_ns / NANOSECONDS:.0f} s: {_of_it(words)}."
+
+
+def poor_receiver(account: Account) -> str:
+    """In what the receiver was poor by its own word, empty if it was for a few seconds at most."""
+    lasted_s = account.receiver.lasted_ns / NANOSECONDS
+    return account.receiver.words if lasted_s >= LEAST_POOR_S else ""
+
+
+def clock_notes(found: Sequence[str]) -> Iterator[str]:
+    """What `ReceiverClock` found and took off the receiver's stamps, a sentence each."""
+    for what in found[:MOST_STEPS]:
+        yield f"Clock of the receiver, {what}."
+    if len(found) > MOST_STEPS:
+        yield f"Clock of the receiver: {len(found) - MOST_STEPS} steps more."
+
+
+def _of_it(words: str) -> str:
+    """What is wrong with an IMU that the sentence has named already."""
+    return re.sub("^the IMU ", "it ", words)

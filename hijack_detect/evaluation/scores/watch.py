@@ -11,7 +11,7 @@ from hijack_detect.evaluation.analysis.account import Account
 from hijack_detect.evaluation.analysis.alarms import AlertSpan
 from hijack_detect.evaluation.analysis.analysis import Visible
 from hijack_detect.evaluation.analysis.times import Times
-from hijack_detect.evaluation.analysis.worth import not_judged, visible
+from hijack_detect.evaluation.analysis.worth import not_judged, poor_receiver, visible
 from hijack_detect.evaluation.scores.model import Model
 
 LEVEL = 0.95
@@ -60,6 +60,7 @@ class FlightWatch(Model):
         not_judged: Why nothing could have seen a carry-off in the whole flight, None if something
             could.
         visible: The pull that would have been seen, see `worth.visible`.
+        poor_receiver: In what the receiver was poor by its own word, empty if it was good.
     """
 
     counted: bool
@@ -72,6 +73,7 @@ class FlightWatch(Model):
     alarms: tuple[TimedCause, ...]
     not_judged: str | None
     visible: Visible | None
+    poor_receiver: str = ""
 
 
 def watch(
@@ -115,6 +117,7 @@ def watch(
         alarms=told(alarms),
         not_judged=not_judged(account, watched, spans),
         visible=visible(watched),
+        poor_receiver=poor_receiver(account),
     )
 
 

@@ -16,7 +16,7 @@ from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.evaluation.analysis.account import Account, TakenBack
 from hijack_detect.evaluation.analysis.analyse import analyse
 from hijack_detect.evaluation.analysis.analysis import Analysis, Outcome
-from hijack_detect.evaluation.analysis.worth import not_judged, visible
+from hijack_detect.evaluation.analysis.worth import not_judged, sensor_notes, visible
 from hijack_detect.evaluation.monitor.graph import DETECTORS
 from hijack_detect.evaluation.monitor.policies import policy_parameters
 from hijack_detect.streams.samples import FixSample, ImuSample, Phase, PhaseSample, Sample
@@ -156,5 +156,41 @@ def test_clocks_that_jump_are_named_and_no_share_is_above_the_whole(
     found = analysed(tmp_path / "bag", messages)
     how = "were set back by 3600.0 s" if jump_s < 0.0 else "jumped ahead by 40.0 s"
     assert found.notes == (f"The header stamps of fix and imu {how}.",)
-    assert max(one.told_s for one in found.detectors.values()) <= found.in_air_s
-    assert found.judged_s <= found.in_air_s
+    assert found.judged_s <= found.in_air_s <= found.duration_s
+    for one in found.detectors.values():
+        assert one.told_s <= found.in_air_s
+        assert sum(one.state_s.values()) <= found.duration_s + 1e-5
+        assert one.largest_margin is None or 0.0 <= one.largest_margin.at_s <= found.duration_s
+
+
+def poor(at_s: float, figures: dict[str, float]) -> Verdict:
+    return Verdict("gnss", round(at_s * SECOND), State.NORMAL, 0.1, 1.0, "calm", figures)
+
+
+def test_a_poor_receiver_is_noted_with_its_worst_figures() -> None:
+    found = account(
+        [
+            *(poor(at_s, {}) for at_s in range(10)),
+            *(poor(at_s, {"poor_satellites": 5, "poor_accuracy": 6.0}) for at_s in range(10, 18)),
+            *(poor(at_s, {"poor_satellites": 4}) for at_s in range(18, 20)),
+            *(poor(at_s, {}) for at_s in range(20, 50)),
+        ]
+    )
+    found.finish(50 * SECOND)
+    assert "The receiver is poor by its own word for 10 s: claims 6.0 m, 4 satellites." in [
+        *sensor_notes(found, 50.0)
+    ]
+    good = account([poor(at_s, {}) for at_s in range(50)])
+    good.finish(50 * SECOND)
+    assert not [*sensor_notes(good, 50.0)]
+
+
+def test_a_slow_imu_is_named_by_its_rate_and_not_by_what_follows_from_it() -> None:
+    found = account([])
+    for second in range(50, 100):
+        light = "the mean specific force in flight is 6.4 m/s²"
+        found.hear("phase", PhaseSample(second * SECOND, Phase.FLYING, 0, "as told", 10.0, light))
+    spans, watched = found.finish(100 * SECOND)
+    assert not_judged(found, watched, spans) == (
+        "the IMU cannot be used: it arrives at 10 Hz, 22 Hz are needed"
+    )
