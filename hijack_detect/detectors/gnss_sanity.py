@@ -23,6 +23,7 @@ from hijack_detect.detectors.gnss_sanity_parameters import GnssSanityParameters
 from hijack_detect.detectors.input_watch import InputWatch
 from hijack_detect.detectors.set_back import SetBack
 from hijack_detect.detectors.verdict import State, Verdict
+from hijack_detect.estimation.clock_rate import ClockRateCheck, clock_words
 from hijack_detect.estimation.receiver_health import (
     POOR,
     ReceiverHealth,
@@ -37,6 +38,8 @@ from hijack_detect.streams.samples import (
     VelocitySample,
 )
 
+CLOCK_RATE = "clock_rate"
+"""Value: true seconds in one of the stamps' clock, where that is not 1."""
 BELOW_ALARM = 0.99
 """Largest margin outside of flight."""
 RANK = (State.NORMAL, State.SUSPICIOUS, State.ALARM)
@@ -48,7 +51,8 @@ class GnssSanityDetector:
     The score is its margin. What a check claims is kept for `hold_s` after its last evidence.
     Before a take-off and after a crash it is SUSPICIOUS at most: a receiver that settles jumps as
     well. A receiver that is poor by its own word is named in the reason, and its figures beyond
-    their limits are among the values (`ReceiverHealth`); no state follows from that.
+    their limits are among the values (`ReceiverHealth`), and so is the rate of a clock that runs
+    wrong (`ClockRateCheck`); no state follows from either.
     """
 
     NAME = "gnss"
@@ -65,6 +69,7 @@ class GnssSanityDetector:
         self._watch = InputWatch(("fix",))
         self._mismatch = VelocityMismatchCheck(_mismatch_limits(p))
         self._receiver = ReceiverHealth(_receiver_limits(p))
+        self._rate = ClockRateCheck()
         self._stamps = StampsCheck(p.stamps_alarm, p.stamps_in_s)
         self._checks: tuple[Check, ...] = (
             self._stamps,
@@ -98,6 +103,7 @@ class GnssSanityDetector:
         if isinstance(sample, FixSample):
             self._watch.see("fix", stamp_ns)
             self._receiver.fix(sample)
+            self._rate.fix(sample)
             if not sample.has_fix:
                 return self._verdict(stamp_ns, State.NOT_OBSERVABLE, "the receiver has no fix")
             if caught_up := self._set_back["fix"].caught_up(sample.stamp_ns):
@@ -111,6 +117,7 @@ class GnssSanityDetector:
             return self._judge(step)
         if isinstance(sample, VelocitySample):
             self._track.velocity(sample)
+            self._rate.velocity(sample)
         else:
             self._track.satellites(sample)
             self._receiver.satellites(sample)
@@ -161,10 +168,13 @@ class GnssSanityDetector:
             ago_s = (stamp_ns - since_ns) / NANOSECONDS
             if ago_s <= self._parameters.hold_s:
                 state, reason = kept, f"{why} ({ago_s:.1f} s ago)"
-        poor = self._receiver.poor()
-        if poor:
-            reason = f"{reason}; {POOR}: {poor_words(poor)}"
-        return Verdict(self.NAME, stamp_ns, state, score, 1.0, reason, {**(values or {}), **poor})
+        beside = self._receiver.poor()
+        if beside:
+            reason = f"{reason}; {POOR}: {poor_words(beside)}"
+        if self._rate.rate is not None:
+            beside[CLOCK_RATE] = self._rate.rate
+            reason = f"{reason}; {clock_words(self._rate.rate)}"
+        return Verdict(self.NAME, stamp_ns, state, score, 1.0, reason, {**(values or {}), **beside})
 
 
 def _rank(state: State) -> int:

@@ -4,10 +4,11 @@
 Subscribes flight_phase, gps/fix, gps/vel (ENU) and gps/satellites (UInt32), of which the last two
 may be absent, and imu/data_raw for its stamps. Publishes gnss/verdict (DiagnosticArray, with the
 margin of every check), gnss/hijacked (Bool), gnss/margin (score over threshold, Float64), and the
-margins gnss/jump, gnss/freeze, gnss/velocity_mismatch and gnss/velocity_mismatch_limit (part of
-the full limits in force) as Float64. /diagnostics warn once a second of a receiver that is poor by
-its own word (lost fixes, satellites, claimed accuracy), and of more than one publisher on gps/fix;
-the verdict depends on stamped messages alone and looks for what two streams do.
+margins gnss/jump, gnss/freeze, gnss/velocity_mismatch and gnss/velocity_mismatch_limit (part of the
+full limits in force) as Float64. /diagnostics warn once a second of a receiver that is poor by its
+own word (lost fixes, satellites, claimed accuracy), of a clock behind the stamps that runs at
+another rate than the GPS's, and of more than one publisher on gps/fix; the verdict depends on
+stamped messages alone and looks for what two streams do.
 """
 
 from __future__ import annotations
@@ -20,9 +21,10 @@ from rclpy.executors import SingleThreadedExecutor
 from sensor_msgs.msg import NavSatFix
 from std_msgs.msg import UInt32
 
-from hijack_detect.detectors.gnss_sanity import GnssSanityDetector
+from hijack_detect.detectors.gnss_sanity import CLOCK_RATE, GnssSanityDetector
 from hijack_detect.detectors.gnss_sanity_parameters import GnssSanityParameters
 from hijack_detect.detectors.verdict import Verdict
+from hijack_detect.estimation.clock_rate import clock_words
 from hijack_detect.estimation.receiver_health import POOR, POOR_FIGURES, poor_words
 from hijack_detect.nodes.detector_node import DetectorNode
 from hijack_detect.nodes.publishers import PublisherWatch
@@ -34,7 +36,7 @@ from hijack_detect.streams.messages import satellite_count
 from hijack_detect.streams.samples import NANOSECONDS
 
 FIX = "gps/fix"
-RECEIVER = "receiver"
+RECEIVER, CLOCK = "receiver", "clock of the stamps"
 """What the diagnostics are about."""
 FIGURES = ("jump", "freeze", "velocity_mismatch", "velocity_mismatch_limit")
 
@@ -86,10 +88,20 @@ class GnssSanityNode(DetectorNode[GnssSanityParameters]):
                 for name in sorted(POOR_FIGURES & {*output.values})
             }
             self.diagnostics.tell(RECEIVER, level, text, figures)
+            self._report_clock(output.values.get(CLOCK_RATE))
         if news:
             self.log.info(
                 f"{POOR}: {poor}" if poor else "the receiver is good again by its own word"
             )
+
+    def _report_clock(self, rate: float | None) -> None:
+        if rate is None:
+            self.diagnostics.tell(
+                CLOCK, DiagnosticStatus.OK, "no other rate than the GPS's seen", {}
+            )
+        else:
+            values = {CLOCK_RATE: f"{rate:.4f}"}
+            self.diagnostics.tell(CLOCK, DiagnosticStatus.WARN, clock_words(rate), values)
 
     def samples(self, name: str, converted: Any, published_ns: int) -> list[tuple[str, Any]]:
         """See StageNode; a count follows once the fix after it is there."""

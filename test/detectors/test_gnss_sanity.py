@@ -57,6 +57,18 @@ def test_a_poor_receiver_is_named_and_no_state_follows() -> None:
     assert not any("poor" in one.reason or "poor_accuracy" in one.values for one in usual)
 
 
+def test_a_clock_of_another_rate_is_named_and_no_state_follows() -> None:
+    slow = [
+        (name, dataclasses.replace(one, stamp_ns=START_NS + (one.stamp_ns - START_NS) * 12 // 13))
+        for name, one in flight(40.0)
+    ]
+    said = run(slow)
+    assert states(said[1:]) == {State.NORMAL}
+    assert said[-1].reason.endswith("; the clock of the stamps runs 7.7 % slow")
+    assert said[-1].values["clock_rate"] == pytest.approx(13 / 12, abs=1e-3)
+    assert not any("clock" in one.reason for one in run(flight(40.0)))
+
+
 @pytest.mark.parametrize(
     ("metres", "expected"), [(2.0, State.NORMAL), (5.0, State.SUSPICIOUS), (20.0, State.ALARM)]
 )

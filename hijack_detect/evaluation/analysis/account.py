@@ -15,7 +15,7 @@ from hijack_detect.detectors.coast import CoastDetector
 from hijack_detect.detectors.flight_gate import imu_trouble
 from hijack_detect.detectors.fusion import KEEPING, Fusion, FusionResult
 from hijack_detect.detectors.fusion_parameters import FusionParameters
-from hijack_detect.detectors.gnss_sanity import GnssSanityDetector
+from hijack_detect.detectors.gnss_sanity import CLOCK_RATE, GnssSanityDetector
 from hijack_detect.detectors.likelihood import CARRY_OFF, SOFT
 from hijack_detect.detectors.verdict import JUDGED, RAISED, Verdict
 from hijack_detect.estimation.receiver_health import POOR_FIGURES, SATELLITES, poor_words
@@ -154,6 +154,7 @@ class Account:
         phases: Nanoseconds in each phase, by phase and reason.
         imu_faults: First words and nanoseconds of each fault of the IMU, by its words without
             figures.
+        clock_rate: True seconds in one of the stamps' clock, None unless it is known to be wrong.
         receiver: Until when the receiver was poor by its own word, and how much so.
     """
 
@@ -187,6 +188,7 @@ class Account:
         self.phases: dict[tuple[str, str], int] = defaultdict(int)
         self.imu_faults: dict[str, tuple[str, int]] = {}
         self.receiver = PoorReceiver(self._stale_ns)
+        self.clock_rate: float | None = None
 
     def take(self, sample: Sample) -> None:
         """Take a sample that the monitor is given."""
@@ -210,6 +212,7 @@ class Account:
             self._spans[part].add(output)
             if part == GnssSanityDetector.NAME:
                 self.receiver.add(output)
+                self.clock_rate = output.values.get(CLOCK_RATE, self.clock_rate)
             peak = self.peaks.get(part)
             if output.state in JUDGED and (peak is None or output.margin > peak.margin):
                 self.peaks[part] = output

@@ -12,6 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from hijack_detect.detectors.likelihood import CARRY_OFF
 from hijack_detect.detectors.verdict import JUDGED
+from hijack_detect.estimation.clock_rate import clock_words
 from hijack_detect.estimation.receiver_health import POOR
 from hijack_detect.evaluation.analysis.account import Account, Watched
 from hijack_detect.evaluation.analysis.alarms import UNSAID, Span
@@ -30,6 +31,7 @@ LEAST_POOR_S = 5.0
 """Seconds for which a receiver has to be poor to be named."""
 FAULTY = 0.1
 """Share of the flight for which an IMU has to be faulty to be named."""
+UNCORRECTED = "the flight has no time of the receiver to correct it, so the IMU fits the GPS less"
 MOST_STEPS = 8
 """Steps of the receiver's time that are named one by one."""
 
@@ -106,6 +108,8 @@ def _main_reason(spans: Sequence[Span], in_air: Times) -> str:
 def sensor_notes(account: Account, duration_s: float) -> Iterator[str]:
     """What is odd about the sensors and their clocks."""
     yield from account.inputs.notes(duration_s)
+    if account.clock_rate is not None:
+        yield f"{clock_words(account.clock_rate).capitalize()}: {UNCORRECTED}."
     if poor := poor_receiver(account):
         lasted_s = account.receiver.lasted_ns / NANOSECONDS
         yield f"{POOR.capitalize()} for {lasted_s:.0f} s: {poor}."

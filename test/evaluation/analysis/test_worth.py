@@ -180,6 +180,9 @@ def test_a_poor_receiver_is_noted_with_its_worst_figures() -> None:
     assert "The receiver is poor by its own word for 10 s: claims 6.0 m, 4 satellites." in [
         *sensor_notes(found, 50.0)
     ]
+    slow = account([poor(at_s, {"clock_rate": 13 / 12}) for at_s in range(50)])
+    (note,) = sensor_notes(slow, 50.0)
+    assert note.startswith("The clock of the stamps runs 7.7 % slow: ")
     good = account([poor(at_s, {}) for at_s in range(50)])
     good.finish(50 * SECOND)
     assert not [*sensor_notes(good, 50.0)]
