@@ -93,12 +93,12 @@ class GnssSanityDetector:
     def update(self, name: str, sample: GpsSample | PhaseSample) -> Verdict | None:
         """Take the next sample in order of stamp; every fix gives a verdict, and its absence."""
         stamp_ns = sample.stamp_ns
+        self._receiver.passes(stamp_ns)
         if isinstance(sample, PhaseSample):
             if sample.phase.airborne and not self._airborne:
                 self._mismatch.begin()
             self._airborne = sample.phase.airborne
             self._gate.update(sample)
-            self._receiver.passes(stamp_ns)
             return self._lost(stamp_ns)
         if isinstance(sample, FixSample):
             self._watch.see("fix", stamp_ns)
@@ -137,6 +137,8 @@ class GnssSanityDetector:
         if name in ("fix", "velocity"):  # a number of satellites has the stamp of its fix
             late = before is not None and before.stamp_ns < sample.stamp_ns < last.stamp_ns
             set_back = self._set_back[name].goes_on(sample, last)
+            if name == "fix" and sample.stamp_ns <= last.stamp_ns:
+                self._receiver.unclear()
             self._stamps.note(last.stamp_ns, harmless=set_back or late or sample == last)
 
     def _judge(self, step: Step) -> Verdict:

@@ -84,6 +84,10 @@ class ReceiverHealth:
             )
         )
 
+    def unclear(self) -> None:
+        """Note a message of which nobody knows when it was made: the receiver is not silent."""
+        self._fix = None
+
     def passes(self, stamp_ns: int) -> None:
         """Note that time passes, by the stamp of any input."""
         before_ns, self._passed_ns = self._passed_ns, max(stamp_ns, self._passed_ns or stamp_ns)

@@ -57,6 +57,24 @@ def test_a_poor_receiver_is_named_and_no_state_follows() -> None:
     assert not any("poor" in one.reason or "poor_accuracy" in one.values for one in usual)
 
 
+@pytest.mark.parametrize("repeated", [False, True])
+def test_silence_is_a_lost_fix_and_a_stamp_that_stands_still_is_none(repeated: bool) -> None:
+    """In both velocities go on; the message of 10 s may come again and again."""
+    sent = flight(40.0)
+    at_10_s = next(
+        one for name, one in sent if name == "fix" and one.stamp_ns == START_NS + 10 * SECOND
+    )
+    late = [
+        (name, one if name == "velocity" else at_10_s)
+        for name, one in sent
+        if one.stamp_ns > at_10_s.stamp_ns and (name == "velocity" or repeated)
+    ]
+    said = run([*(pair for pair in sent if pair[1].stamp_ns <= at_10_s.stamp_ns), *late])
+    assert said[-1].state is State.STALE
+    assert ("no fix for 28 s of a minute" in said[-1].reason) is not repeated
+    assert ("poor_no_fix" in said[-1].values) is not repeated
+
+
 def test_a_clock_of_another_rate_is_named_and_no_state_follows() -> None:
     slow = [
         (name, dataclasses.replace(one, stamp_ns=START_NS + (one.stamp_ns - START_NS) * 12 // 13))

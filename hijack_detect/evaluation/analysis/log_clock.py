@@ -20,8 +20,8 @@ class LogClock:
     """Takes the IMU's stamps beside the times of the log, and finds by how much they jumped.
 
     The IMU's clock is that of all decisions (`ReceiverClock`). Where it steps by more than
-    `APART_NS` away from the time of the log, a new offset begins; without such a step nothing is
-    changed. A recorder that stalls makes no step: the stamps go on evenly.
+    `APART_NS` away from the time of the log, and goes on from there, a new offset begins; without
+    such a step nothing is changed. A recorder that stalls makes no step: the stamps go on evenly.
     """
 
     def __init__(self, *, adopt_first: bool = True) -> None:
@@ -31,9 +31,11 @@ class LogClock:
             adopt_first: Take off the offset that the first stamp has, as of a clock that counts
                 from the start of the autopilot. Not where something else is known by such stamps.
         """
-        self._adopt_first = adopt_first
+        self._stepped = adopt_first
+        """Whether the clock may have another offset since the last stamp that had the known one."""
         self._offsets: deque[int] = deque([0], maxlen=KEPT)
-        self._last_ns: int | None = None
+        self._last: tuple[int, int] | None = None
+        """Stamp of the IMU, and by how much it was ahead of the log."""
         self._log_ns = 0
 
     def take(self, sample: Sample, log_ns: int) -> None:
@@ -41,15 +43,16 @@ class LogClock:
         self._log_ns = log_ns
         if not isinstance(sample, ImuSample):
             return
-        last_ns, self._last_ns = self._last_ns, sample.stamp_ns
         off_ns = sample.stamp_ns - log_ns
+        last, self._last = self._last, (sample.stamp_ns, off_ns)
         if abs(off_ns - self._offsets[-1]) <= APART_NS:
-            return
-        if last_ns is None:
-            if self._adopt_first:
-                self._offsets[-1] = off_ns
-        elif abs(sample.stamp_ns - last_ns) > APART_NS:
-            self._offsets.append(off_ns)
+            self._stepped = False
+        elif last is not None:
+            self._stepped |= abs(sample.stamp_ns - last[0]) > APART_NS
+            goes_on = sample.stamp_ns > last[0] and abs(off_ns - last[1]) <= APART_NS
+            if self._stepped and goes_on:
+                self._stepped = False
+                self._offsets.append(off_ns)
 
     def stamp_ns(self, stamp_ns: int) -> int:
         """The time of the log for a stamp of now or of the last seconds, nanoseconds."""

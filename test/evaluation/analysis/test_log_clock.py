@@ -75,6 +75,22 @@ def test_a_clock_that_counts_from_the_start_is_placed_but_not_beside_what_is_kno
     assert clock.stamp_ns(5 * SECOND) == 5 * SECOND
 
 
+@pytest.mark.parametrize("stuck_s", [0, 1000])
+def test_stamps_that_stand_still_are_no_clock(stuck_s: int) -> None:
+    clock = LogClock()
+    for k in range(100):
+        clock.take(imu(stuck_s * SECOND), (2000 + k) * SECOND)
+    assert clock.stamp_ns(2050 * SECOND) == 2050 * SECOND
+
+
+def test_one_broken_stamp_is_no_clock() -> None:
+    clock = LogClock()
+    flown(clock, 0, 20)
+    clock.take(imu(5000 * SECOND), 20 * SECOND)
+    flown(clock, 20, 40)
+    assert clock.stamp_ns(39 * SECOND) == 39 * SECOND
+
+
 def test_samples_verdicts_and_results_are_placed_with_their_alert() -> None:
     clock = LogClock()
     flown(clock, 0, 20)
