@@ -124,8 +124,8 @@ def poor_words(figures: Mapping[str, float]) -> str:
     """Figures beyond their limits in words; others are passed over, empty without any."""
     words = {
         NO_FIX: "no fix for {:.0f} s of a minute",
-        ACCURACY: "claims {:.1f} m",
-        VERTICAL: "claims {:.1f} m in height",
+        ACCURACY: "claims an accuracy of {:.1f} m",
+        VERTICAL: "claims an accuracy of {:.1f} m in height",
         SATELLITES: "{:.0f} satellites",
     }
     return ", ".join(text.format(figures[name]) for name, text in words.items() if name in figures)

@@ -47,7 +47,7 @@ def test_a_poor_receiver_is_named_and_no_state_follows() -> None:
     ]
     said, usual = run(bad, accuracy_gain=0.0), run(good, accuracy_gain=0.0)
     assert [one.state for one in said] == [one.state for one in usual]
-    words = "; the receiver is poor by its own word: claims 9.0 m"
+    words = "; the receiver is poor by its own word: claims an accuracy of 9.0 m"
     late = [one for one in said if seconds(one) > 5.0]
     assert states(late) == {State.NORMAL, State.SUSPICIOUS, State.ALARM}
     for one in late:

@@ -104,7 +104,8 @@ def test_a_hole_of_the_recording_is_no_lost_fix() -> None:
 def test_the_words_name_what_is_beyond_its_limit_only() -> None:
     figures = {"jump": 0.1, NO_FIX: 7.4, SATELLITES: 4, ACCURACY: 9.24, VERTICAL: 12.0}
     assert poor_words(figures) == (
-        "no fix for 7 s of a minute, claims 9.2 m, claims 12.0 m in height, 4 satellites"
+        "no fix for 7 s of a minute, claims an accuracy of 9.2 m, "
+        "claims an accuracy of 12.0 m in height, 4 satellites"
     )
     assert poor_words({"jump": 0.1}) == ""
 

@@ -154,7 +154,7 @@ def test_a_poor_receiver_is_told_on_diagnostics_and_in_the_reason(graph: Graph) 
     ]
     fed.good(40)
     graph.spin_until(lambda: told(DiagnosticStatus.WARN), "a word about a poor one")
-    words = "the receiver is poor by its own word: claims 9.0 m"
+    words = "the receiver is poor by its own word: claims an accuracy of 9.0 m"
     assert told(DiagnosticStatus.WARN)[-1].message.startswith(words)
     assert values_of(told(DiagnosticStatus.WARN)[-1])["poor_accuracy"] == "9.0"
     poor = [one for one in fed.output.messages if words in one.status[0].message]

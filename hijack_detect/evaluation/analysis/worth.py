@@ -112,7 +112,8 @@ def sensor_notes(account: Account, duration_s: float) -> Iterator[str]:
         yield f"{clock_words(account.clock_rate).capitalize()}: {UNCORRECTED}."
     if poor := poor_receiver(account):
         lasted_s = account.receiver.lasted_ns / NANOSECONDS
-        yield f"{POOR.capitalize()} for {lasted_s:.0f} s: {poor}."
+        share = min(100.0 * lasted_s / duration_s, 100.0) if duration_s > 0.0 else 100.0
+        yield f"{POOR.capitalize()} for {lasted_s:.0f} s ({share:.0f} %): {poor}."
     for words, lasted_ns in account.imu_faults.values():
         if lasted_ns / NANOSECONDS > FAULTY * duration_s:
             yield f"The IMU could not be used for {lasted_ns / NANOSECONDS:.0f} s: {_of_it(words)}."

@@ -177,9 +177,9 @@ def test_a_poor_receiver_is_noted_with_its_worst_figures() -> None:
         ]
     )
     found.finish(50 * SECOND)
-    assert "The receiver is poor by its own word for 10 s: claims 6.0 m, 4 satellites." in [
-        *sensor_notes(found, 50.0)
-    ]
+    worst = "claims an accuracy of 6.0 m, 4 satellites"
+    said = f"The receiver is poor by its own word for 10 s (20 %): {worst}."
+    assert said in [*sensor_notes(found, 50.0)]
     slow = account([poor(at_s, {"clock_rate": 13 / 12}) for at_s in range(50)])
     (note,) = sensor_notes(slow, 50.0)
     assert note.startswith("The clock of the stamps runs 7.7 % slow: ")
