@@ -301,19 +301,31 @@ def test_an_alert_names_a_detector_beyond_its_limit_and_nothing_else(
         assert {*result.causes} - SOFT - ADVISORY
 
 
-@pytest.mark.parametrize("name", sorted({*RATIOS, *ADVISORY}))
+def test_every_part_votes_or_is_advisory_and_none_is_both() -> None:
+    assert {*DETECTORS} == {*RATIOS, *ADVISORY}
+    assert not ADVISORY & RATIOS.keys()
+
+
+@pytest.mark.parametrize("name", DETECTORS)
 def test_who_votes_can_move_the_probability_and_who_cannot_never_degrades(name: str) -> None:
-    quiet = [verdict(other, 1, State.NORMAL, 0.1) for other in DETECTORS if other != name]
-    loud, calm, silent = (Fusion(FusionParameters(), DETECTORS) for _ in range(3))
-    high = feed(loud, *quiet, verdict(name, 1, State.ALARM, 3.0))[-1].confidence
-    low = feed(calm, *quiet, verdict(name, 1, State.NORMAL, 0.1))[-1].confidence
-    gone = feed(silent, *quiet, *(verdict(v.detector, 9, State.NORMAL, 0.1) for v in quiet))[-1]
+    def quiet(at_s: float) -> list[Verdict]:
+        return [verdict(other, at_s, State.NORMAL, 0.1) for other in DETECTORS if other != name]
+
+    loud, calm, silent, unready = (Fusion(FusionParameters(), DETECTORS) for _ in range(4))
+    high = feed(loud, *quiet(1), verdict(name, 1, State.ALARM, 3.0))[-1]
+    low = feed(calm, *quiet(1), verdict(name, 1, State.NORMAL, 0.1))[-1]
+    gone = feed(silent, *quiet(1), *quiet(9))[-1]
+    late_s = 2.0 * FusionParameters().overdue_s
+    feed(unready, *(verdict(name, at, State.NOT_READY) for at in range(round(late_s))))
+    late = feed(unready, *quiet(late_s), verdict(name, late_s, State.NOT_READY))[-1]
     if name in ADVISORY:
-        assert high == low
-        assert name not in gone.degraded
+        assert high.confidence == low.confidence
+        assert high.state is gone.state is late.state is State.NORMAL
+        assert not gone.degraded + late.degraded
     else:
-        assert high > low
+        assert high.confidence > low.confidence
         assert name in gone.degraded
+        assert name in late.degraded
 
 
 def test_a_probability_without_an_alarm_is_suspicious_and_no_alert() -> None:
