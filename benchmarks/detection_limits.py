@@ -9,7 +9,7 @@ map of drifts there. A run that was stopped goes on where it was, see `limits_ru
 
 A line `<!-- table PART KIND ARGUMENTS -->` of the text is followed by a table, which is replaced.
 PART is recorded, sitl, simulated or map, KIND one of `limits_tables.KINDS`. A table of a part
-without records stays as it is.
+without records stays as it is, as do those of other scripts.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ def main(
     records = {name: load(results, part) for part, name in PARTS.items()}
 
     def table(part: str, kind: str, *arguments: str) -> TextTable | None:
-        found = records[part]
+        found = records.get(part)
         return limits_tables.KINDS[kind](found, *arguments) if found else None
 
     fill(document, table)

@@ -117,14 +117,15 @@ def do(
     results: Path, parameters: MonitorParameters, moving: int, any_phase: int, work: Work
 ) -> None:
     """Do a piece of work and keep its records."""
-    records = [_record(work, case, parameters, moving, any_phase) for case in work.cases]
+    records = [record_of(work, case, parameters, moving, any_phase) for case in work.cases]
     data = [record.model_dump(mode="json") for record in records]
     write(work.path(results), json.dumps(data, separators=(",", ":")) + "\n")
 
 
-def _record(
+def record_of(
     work: Work, case: Case, parameters: MonitorParameters, moving: int, any_phase: int
 ) -> FlightRecord:
+    """The record of one of the flights of a piece of work, see `run`."""
     if isinstance(case, BagCase) and work.part == "a":
         return record_forked(parameters, case, moving=moving, any_phase=any_phase)
     record = record_case(parameters, case)

@@ -29,6 +29,7 @@ import click
 import matplotlib.pyplot as plt
 import numpy as np
 from carried_off import Samples, drift, reported, samples_of
+from vehicles import vehicle_of
 
 from hijack_detect.detectors.coast import VISIBLE_GAIN, CoastDetector
 from hijack_detect.detectors.coast_parameters import CoastParameters
@@ -43,15 +44,7 @@ SEEN, UNSEEN = 1.2, 0.8
 """Of drifts of this multiple nine tenths are to be found, and at most half."""
 FEWEST = 5
 """A vehicle with fewer onsets has no curve of its own."""
-VEHICLES = {
-    "arducopter_3.3_218": "erle_quad",
-    "curved_": "simulator",
-    "dev_": "sitl",
-    "erle_quad": "erle_quad",
-    "texas_quad": "texas_quad",
-}
-"""Vehicle by how a flight's name begins; others are vehicles of their own."""
-SIMULATED = ("simulator", "sitl")
+SIMULATED = ("simulator", "sitl_copter")
 
 
 class Chain:
@@ -142,11 +135,6 @@ def chosen(curves: Sequence[Sequence[float]]) -> float:
     return VISIBLE_GAIN * math.sqrt(nine / SEEN * half / UNSEEN)
 
 
-def vehicle_of(name: str) -> str:
-    """Vehicle of a flight."""
-    return next((VEHICLES[begin] for begin in VEHICLES if name.startswith(begin)), name)
-
-
 def report(found: Mapping[str, Sequence[Sequence[bool]]]) -> dict[str, list[float]]:
     """Print the tables; return the curves."""
     curves = {name: np.mean(found[name], axis=0).tolist() for name in sorted(found)}
@@ -179,7 +167,7 @@ def main(figure: Path, flights: Sequence[Path], every: float) -> None:
     for path in flights:
         start_ns, samples = samples_of(path)
         rows = curve(samples, start_ns, onsets(samples, every, path.name))
-        found[vehicle_of(path.name)] += rows
+        found[vehicle_of(path)] += rows
     found = {name: rows for name, rows in found.items() if len(rows) >= FEWEST}
     curves = report(found)
     axes = plt.figure(figsize=(6, 4), layout="constrained").add_subplot()

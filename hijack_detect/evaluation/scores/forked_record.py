@@ -25,6 +25,7 @@ def record_forked(
     *,
     moving: int = 10,
     any_phase: int = 5,
+    horizon_s: float = HORIZON_S,
     chosen: Callable[[Placed], bool] = lambda _: True,
     on_done: Callable[[int, int], None] | None = None,
 ) -> FlightRecord:
@@ -35,6 +36,7 @@ def record_forked(
         case: The flight; its own scenario is not looked at.
         moving: Onsets in forward flight.
         any_phase: Onsets at any phase of flight.
+        horizon_s: How long after its onset an attack is followed, seconds.
         chosen: Which attacks to run.
         on_done: Called after each attack with how many of how many are done.
 
@@ -52,9 +54,11 @@ def record_forked(
         wanted = [one for one in placed if chosen(one)]
         log = CleanLog(reader.start_ns)
         attacks: list[AttackRecord] = []
-        for one, run in run_forked(reader, wanted, parameters, on_clean=log.add):
+        for one, run in run_forked(
+            reader, wanted, parameters, horizon_s=horizon_s, on_clean=log.add
+        ):
             onset_ns = reader.start_ns + round(one.onset_s * NANOSECONDS)
-            watched_s = min(HORIZON_S, (reader.end_ns - onset_ns) / NANOSECONDS)
+            watched_s = min(horizon_s, (reader.end_ns - onset_ns) / NANOSECONDS)
             attacks.append(
                 AttackRecord(
                     family=one.family,
