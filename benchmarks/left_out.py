@@ -258,9 +258,8 @@ def summary(rows: Rows) -> str:
     for out, words in ((False, "in force"), (True, "chosen without the vehicle")):
         found = beyond(rows, of, left_out=out)
         share = proportion(Proportion.of(len({row.vehicle for row in found}), total))
-        parts.append(
-            f"vehicles beyond a limit {words}: {share} ({', '.join(r.name for r in found)})"
-        )
+        names = ", ".join(row.name for row in found)
+        parts.append(f"vehicles beyond a limit {words}: {share} ({names})".replace("\n", " "))
     return "\n".join(parts)
 
 
