@@ -1,0 +1,184 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
+"""What a receiver reports that is jammed, or carried off afterwards."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from carried_off import drift
+
+from hijack_detect.spoofing.plane import TangentPlane, moved
+from hijack_detect.spoofing.spoofer import Spoofer
+from hijack_detect.streams.samples import (
+    NANOSECONDS,
+    FixSample,
+    GpsSample,
+    Sample,
+    SatelliteSample,
+    Vector3,
+    VelocitySample,
+)
+
+SPEED = 4.0
+"""m/s that a carry-off builds up to."""
+REACH_M = 60.0
+FEW_WITHOUT_FIX, FEW = 3, 5
+"""Satellites at most: a fix needs four."""
+POORER = 4.0
+POSITION_NOISE, POSITION_TIME_S = 2.0, 5.0
+"""Of each axis, m and s: a first-order Gauss-Markov error. White noise of this size would jump."""
+VELOCITY_NOISE, VELOCITY_TIME_S = 0.5, 1.0
+"""The same, m/s and s."""
+
+Change = Callable[[Sample], Sample | None]
+"""What becomes of a sample; None drops it."""
+
+
+def untouched(sample: Sample) -> Sample:
+    """A receiver that nobody jams."""
+    return sample
+
+
+def lost(sample: Sample) -> Sample | None:
+    """A receiver without a fix: no position, no velocity, too few satellites."""
+    if isinstance(sample, VelocitySample):
+        return None
+    if isinstance(sample, SatelliteSample):
+        return replace(sample, count=min(sample.count, FEW_WITHOUT_FIX))
+    return replace(sample, has_fix=False) if isinstance(sample, FixSample) else sample
+
+
+def poor(sample: Sample) -> Sample:
+    """A receiver that says it is poor; it claims no accuracy where it claimed none before."""
+    if isinstance(sample, SatelliteSample):
+        return replace(sample, count=min(sample.count, FEW))
+    if not isinstance(sample, FixSample):
+        return sample
+    return replace(
+        sample,
+        accuracy_m=_times(sample.accuracy_m),
+        vertical_accuracy_m=_times(sample.vertical_accuracy_m),
+    )
+
+
+def _times(accuracy_m: float | None) -> float | None:
+    return None if accuracy_m is None else POORER * accuracy_m
+
+
+class Degraded:
+    """A receiver that is poor and says so."""
+
+    def __init__(self, seed: int) -> None:
+        """Draw its errors."""
+        rng = np.random.default_rng(seed)
+        self._position = _Wander(POSITION_NOISE, POSITION_TIME_S, rng)
+        self._velocity = _Wander(VELOCITY_NOISE, VELOCITY_TIME_S, rng)
+
+    def __call__(self, sample: Sample) -> Sample:
+        """What it reports."""
+        if isinstance(sample, VelocitySample):
+            east, north, up = (
+                a + b
+                for a, b in zip(sample.velocity, self._velocity.at(sample.stamp_ns), strict=True)
+            )
+            return replace(sample, velocity=(east, north, up))
+        if isinstance(sample, FixSample) and sample.has_fix:
+            sample = displaced(sample, self._position.at(sample.stamp_ns))
+        return poor(sample)
+
+
+class _Wander:
+    """A Gauss-Markov error on three axes."""
+
+    def __init__(self, deviation: float, time_s: float, rng: np.random.Generator) -> None:
+        self._deviation, self._time_s, self._rng = deviation, time_s, rng
+        self._value = np.zeros(3)
+        self._stamp_ns: int | None = None
+
+    def at(self, stamp_ns: int) -> Vector3:
+        kept = 0.0
+        if self._stamp_ns is not None:
+            kept = math.exp(-(stamp_ns - self._stamp_ns) / NANOSECONDS / self._time_s)
+        self._stamp_ns = stamp_ns
+        driven = self._deviation * math.sqrt(1.0 - kept**2)
+        self._value = kept * self._value + driven * self._rng.standard_normal(3)
+        east, north, up = self._value.tolist()
+        return east, north, up
+
+
+def displaced(fix: FixSample, by: Vector3) -> FixSample:
+    """A fix that is off by a vector, ENU, m."""
+    return moved(fix, TangentPlane(fix).geodetic((by[0], by[1], 0.0)), fix.altitude_m + by[2])
+
+
+@dataclass(frozen=True)
+class CarryOff:
+    """A drift that builds up to SPEED, from a fix on.
+
+    Attributes:
+        stamp_ns: Stamp of that fix.
+        acceleration: m/s²; 0 for a receiver that nobody carries off.
+        bearing_deg: Direction, clockwise from North.
+        displaced_m: What the first fix is off by at once, in the same direction.
+    """
+
+    stamp_ns: int
+    acceleration: float
+    bearing_deg: float
+    displaced_m: float = 0.0
+
+    @property
+    def reach_s(self) -> float:
+        """Time until the separation is REACH_M; as long at SPEED where nobody is carried off."""
+        if not self.acceleration:
+            return REACH_M / SPEED
+        rising_s = SPEED / self.acceleration
+        left_m = REACH_M - self.displaced_m - 0.5 * SPEED * rising_s
+        return rising_s + left_m / SPEED
+
+
+class Carried:
+    """What the receiver reports during a carry-off, and how far off that is."""
+
+    def __init__(
+        self, one: CarryOff, start_ns: int, before: Iterable[GpsSample], claims: Change = untouched
+    ) -> None:
+        """Begin.
+
+        Args:
+            one: The carry-off.
+            start_ns: Start of the flight.
+            before: True samples of the receiver before it.
+            claims: What the receiver makes of what it then reports.
+        """
+        self._claims, self.separation_m = claims, 0.0
+        onset_s = (one.stamp_ns - start_ns) / NANOSECONDS
+        self._spoofer = None
+        if one.acceleration:
+            scenario = drift(one.acceleration, SPEED, one.bearing_deg, onset_s)
+            self._spoofer = Spoofer(scenario, start_ns)
+        bearing = math.radians(one.bearing_deg)
+        east, north = math.sin(bearing), math.cos(bearing)
+        self._by = (one.displaced_m * east, one.displaced_m * north, 0.0)
+        for sample in before:
+            self._drifted(sample)
+
+    def __call__(self, sample: Sample) -> Sample | None:
+        """What becomes of a sample."""
+        reported = self._drifted(sample)
+        if isinstance(reported, FixSample) and reported.has_fix:
+            offset = 0.0 if self._spoofer is None else self._spoofer.offset_m
+            self.separation_m = offset + math.hypot(*self._by)
+            if any(self._by):
+                reported = displaced(reported, self._by)
+        return self._claims(reported)
+
+    def _drifted(self, sample: Sample) -> Sample:
+        if self._spoofer is None:
+            return sample
+        if isinstance(sample, FixSample):
+            return self._spoofer.fix(sample)
+        return self._spoofer.velocity(sample) if isinstance(sample, VelocitySample) else sample
