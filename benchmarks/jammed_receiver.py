@@ -69,21 +69,23 @@ def _times(accuracy_m: float | None) -> float | None:
 
 
 class Degraded:
-    """A receiver that is poor and says so."""
+    """A receiver that is poor and says so. Its errors build up and fade, within their times."""
 
-    def __init__(self, seed: int) -> None:
-        """Draw its errors."""
+    def __init__(self, seed: int, until_ns: int) -> None:
+        """Begin without errors.
+
+        Args:
+            seed: Of their drawing.
+            until_ns: From this stamp on they fade; the receiver goes on saying that it is poor.
+        """
         rng = np.random.default_rng(seed)
-        self._position = _Wander(POSITION_NOISE, POSITION_TIME_S, rng)
-        self._velocity = _Wander(VELOCITY_NOISE, VELOCITY_TIME_S, rng)
+        self._position = _Wander(POSITION_NOISE, POSITION_TIME_S, until_ns, rng)
+        self._velocity = _Wander(VELOCITY_NOISE, VELOCITY_TIME_S, until_ns, rng)
 
     def __call__(self, sample: Sample) -> Sample:
         """What it reports."""
         if isinstance(sample, VelocitySample):
-            east, north, up = (
-                a + b
-                for a, b in zip(sample.velocity, self._velocity.at(sample.stamp_ns), strict=True)
-            )
+            east, north, up = np.add(sample.velocity, self._velocity.at(sample.stamp_ns)).tolist()
             return replace(sample, velocity=(east, north, up))
         if isinstance(sample, FixSample) and sample.has_fix:
             sample = displaced(sample, self._position.at(sample.stamp_ns))
@@ -93,18 +95,22 @@ class Degraded:
 class _Wander:
     """A Gauss-Markov error on three axes."""
 
-    def __init__(self, deviation: float, time_s: float, rng: np.random.Generator) -> None:
-        self._deviation, self._time_s, self._rng = deviation, time_s, rng
+    def __init__(
+        self, deviation: float, time_s: float, until_ns: int, rng: np.random.Generator
+    ) -> None:
+        self._deviation, self._time_s, self._until_ns = deviation, time_s, until_ns
+        self._rng = rng
         self._value = np.zeros(3)
         self._stamp_ns: int | None = None
 
     def at(self, stamp_ns: int) -> Vector3:
-        kept = 0.0
-        if self._stamp_ns is not None:
-            kept = math.exp(-(stamp_ns - self._stamp_ns) / NANOSECONDS / self._time_s)
-        self._stamp_ns = stamp_ns
-        driven = self._deviation * math.sqrt(1.0 - kept**2)
-        self._value = kept * self._value + driven * self._rng.standard_normal(3)
+        before_ns, self._stamp_ns = self._stamp_ns, stamp_ns
+        if before_ns is not None:
+            kept = math.exp(-(stamp_ns - before_ns) / NANOSECONDS / self._time_s)
+            self._value = kept * self._value
+            if stamp_ns < self._until_ns:
+                driven = self._deviation * math.sqrt(1.0 - kept**2)
+                self._value += driven * self._rng.standard_normal(3)
         east, north, up = self._value.tolist()
         return east, north, up
 

@@ -11,7 +11,8 @@ carry-offs follow on every jamming, so that they differ in nothing else:
 * `carried`: the fix is lost, and the carry-off begins with the first one after.
 * `displaced`: the same, and the first fix is DISPLACED_M off at once.
 * `degraded`: the fix stays, with the noise of a poor receiver, few satellites and a claimed
-  accuracy POORER times as large. With the carry-off the noise ends; the claims stay poor.
+  accuracy POORER times as large. With the carry-off the noise fades; the claims stay. Only of
+  receivers that claim an accuracy.
 
 The whole default monitor runs, on a copy from the begin of each jamming on. Prints for each kind
 and length how many runs alert during the jamming (which is no hijack), how many of the others
@@ -34,7 +35,7 @@ from pathlib import Path
 import click
 import numpy as np
 from carried_off import ORDER, Samples, samples_of
-from jammed_receiver import Carried, CarryOff, Change, Degraded, lost, poor, untouched
+from jammed_receiver import Carried, CarryOff, Change, Degraded, lost, untouched
 
 from hijack_detect.detectors.fusion import FusionResult
 from hijack_detect.detectors.verdict import JUDGED, Verdict
@@ -234,9 +235,11 @@ def trials(
     """Run every jamming and what follows on it."""
     onset_s = (place.stamp_ns - start_ns) / NANOSECONDS
     for length, (index, before, recent) in place.forks.items():
-        for jamming in (LOST, DEGRADED) if length else (LOST,):
+        said = any(one.accuracy_m is not None for one in recent if isinstance(one, FixSample))
+        for jamming in (LOST, DEGRADED) if length and said else (LOST,):
             monitor = copy.deepcopy(before)
-            change: Change = lost if jamming == LOST else Degraded(zlib.crc32(flight.encode()))
+            seed = zlib.crc32(f"{flight} {onset_s}".encode())
+            change: Change = lost if jamming == LOST else Degraded(seed, place.stamp_ns)
             jammed_ns = place.stamp_ns - length * NANOSECONDS
             heard = listen(samples[index:], monitor, change, jammed_ns, place.stamp_ns)
             at = next(
@@ -259,9 +262,8 @@ def trials(
                     place.bearing_deg,
                     DISPLACED_M if kind == "displaced" else 0.0,
                 )
-                carried = Carried(
-                    one, start_ns, truth[-RECENT:], poor if jamming == DEGRADED else untouched
-                )
+                claims = untouched if jamming == LOST else change  # its errors fade
+                carried = Carried(one, start_ns, truth[-RECENT:], claims)
                 yield _followed(outcome, samples[at:], copy.deepcopy(monitor), carried, one)
 
 

@@ -48,7 +48,7 @@ def test_a_poor_receiver_claims_four_times_as_much_and_nothing_where_it_claimed_
 def test_noise_is_as_large_as_it_says_and_leaves_absent_components_absent() -> None:
     from jammed_receiver import Degraded  # noqa: PLC0415  a script of benchmarks/
 
-    jammed, plane = Degraded(1), TangentPlane(FIX)
+    jammed, plane = Degraded(1, 10_000 * S), TangentPlane(FIX)
     stamps = range(S, 4000 * S, S)
     off = np.array([plane.enu(jammed(at(t))) for t in stamps])  # type: ignore[arg-type]
     np.testing.assert_allclose(off.std(axis=0), 2.0, rtol=0.1)
@@ -60,7 +60,12 @@ def test_noise_is_as_large_as_it_says_and_leaves_absent_components_absent() -> N
     assert np.mean(east) == pytest.approx(3.0, abs=0.1)
     assert np.std(east) == pytest.approx(0.5, rel=0.1)
     assert all(math.isnan(one.velocity[2]) for one in speeds if isinstance(one, VelocitySample))
-    flat = jammed(at(5000 * S, altitude_m=math.nan))
+    assert jammed(at(9_999 * S)) != at(9_999 * S)
+    fading = Degraded(1, 10 * S)
+    for t in range(S, 100 * S, S):
+        off = np.array(plane.enu(fading(at(t))))  # type: ignore[arg-type]
+        assert t < 60 * S or np.linalg.norm(off) < 0.01
+    flat = jammed(at(10_000 * S, altitude_m=math.nan))
     assert isinstance(flat, FixSample)
     assert not flat.has_altitude
 
