@@ -28,10 +28,11 @@ REACH_M = 60.0
 FEW_WITHOUT_FIX, FEW = 3, 5
 """Satellites at most: a fix needs four."""
 POORER = 4.0
-POSITION_NOISE, POSITION_TIME_S = 2.0, 5.0
-"""Of each axis, m and s: a first-order Gauss-Markov error. White noise of this size would jump."""
 VELOCITY_NOISE, VELOCITY_TIME_S = 0.5, 1.0
-"""The same, m/s and s."""
+"""Errors of a jammed receiver's velocity on each axis, m/s, and their time: Gauss-Markov."""
+POSITION_TIME_S = 17.0
+"""The position is off by the sum of these, and returns within this time, as that of a receiver that
+smoothes its positions by its velocities: by 2 m (VELOCITY_NOISE · T · √(Tv / (T + Tv)))."""
 
 Change = Callable[[Sample], Sample | None]
 """What becomes of a sample; None drops it."""
@@ -78,41 +79,36 @@ class Degraded:
             seed: Of their drawing.
             until_ns: From this stamp on they fade; the receiver goes on saying that it is poor.
         """
-        rng = np.random.default_rng(seed)
-        self._position = _Wander(POSITION_NOISE, POSITION_TIME_S, until_ns, rng)
-        self._velocity = _Wander(VELOCITY_NOISE, VELOCITY_TIME_S, until_ns, rng)
+        self._rng, self._until_ns = np.random.default_rng(seed), until_ns
+        self._velocity, self._position = np.zeros(3), np.zeros(3)
+        self._stamp_ns: int | None = None
 
     def __call__(self, sample: Sample) -> Sample:
         """What it reports."""
         if isinstance(sample, VelocitySample):
-            east, north, up = np.add(sample.velocity, self._velocity.at(sample.stamp_ns)).tolist()
+            self._wander(sample.stamp_ns)
+            east, north, up = np.add(sample.velocity, self._velocity).tolist()
             return replace(sample, velocity=(east, north, up))
         if isinstance(sample, FixSample) and sample.has_fix:
-            sample = displaced(sample, self._position.at(sample.stamp_ns))
+            self._wander(sample.stamp_ns)
+            east, north, up = self._position.tolist()
+            sample = displaced(sample, (east, north, up))
         return poor(sample)
 
-
-class _Wander:
-    """A Gauss-Markov error on three axes."""
-
-    def __init__(
-        self, deviation: float, time_s: float, until_ns: int, rng: np.random.Generator
-    ) -> None:
-        self._deviation, self._time_s, self._until_ns = deviation, time_s, until_ns
-        self._rng = rng
-        self._value = np.zeros(3)
-        self._stamp_ns: int | None = None
-
-    def at(self, stamp_ns: int) -> Vector3:
+    def _wander(self, stamp_ns: int) -> None:
+        """Move the errors on to a stamp."""
         before_ns, self._stamp_ns = self._stamp_ns, stamp_ns
-        if before_ns is not None:
-            kept = math.exp(-(stamp_ns - before_ns) / NANOSECONDS / self._time_s)
-            self._value = kept * self._value
-            if stamp_ns < self._until_ns:
-                driven = self._deviation * math.sqrt(1.0 - kept**2)
-                self._value += driven * self._rng.standard_normal(3)
-        east, north, up = self._value.tolist()
-        return east, north, up
+        if before_ns is None or stamp_ns <= before_ns:
+            return
+        dt = (stamp_ns - before_ns) / NANOSECONDS
+        kept = math.exp(-dt / VELOCITY_TIME_S)
+        before = self._velocity
+        self._velocity = kept * before
+        if stamp_ns < self._until_ns:
+            driven = VELOCITY_NOISE * math.sqrt(1.0 - kept**2)
+            self._velocity = self._velocity + driven * self._rng.standard_normal(3)
+        self._position = math.exp(-dt / POSITION_TIME_S) * self._position
+        self._position = self._position + 0.5 * dt * (before + self._velocity)
 
 
 def displaced(fix: FixSample, by: Vector3) -> FixSample:

@@ -45,27 +45,26 @@ def test_a_poor_receiver_claims_four_times_as_much_and_nothing_where_it_claimed_
     assert poor(SatelliteSample(S, 12)) == SatelliteSample(S, 5)
 
 
-def test_noise_is_as_large_as_it_says_and_leaves_absent_components_absent() -> None:
+def test_noise_is_as_large_as_it_says_fades_and_leaves_absent_components_absent() -> None:
     from jammed_receiver import Degraded  # noqa: PLC0415  a script of benchmarks/
 
-    jammed, plane = Degraded(1, 10_000 * S), TangentPlane(FIX)
-    stamps = range(S, 4000 * S, S)
-    off = np.array([plane.enu(jammed(at(t))) for t in stamps])  # type: ignore[arg-type]
-    np.testing.assert_allclose(off.std(axis=0), 2.0, rtol=0.1)
-    step = np.diff(off, axis=0).std(axis=0)
-    np.testing.assert_allclose(step, 2.0 * math.sqrt(2.0 * (1.0 - math.exp(-0.2))), rtol=0.1)
+    jammed, plane = Degraded(1, 4000 * S), TangentPlane(FIX)
     sent = VelocitySample(S, (3.0, 0.0, math.nan))
-    speeds = [jammed(dataclasses.replace(sent, stamp_ns=t)) for t in stamps]
-    east = [one.velocity[0] for one in speeds if isinstance(one, VelocitySample)]
-    assert np.mean(east) == pytest.approx(3.0, abs=0.1)
-    assert np.std(east) == pytest.approx(0.5, rel=0.1)
-    assert all(math.isnan(one.velocity[2]) for one in speeds if isinstance(one, VelocitySample))
-    assert jammed(at(9_999 * S)) != at(9_999 * S)
-    fading = Degraded(1, 10 * S)
-    for t in range(S, 100 * S, S):
-        off = np.array(plane.enu(fading(at(t))))  # type: ignore[arg-type]
-        assert t < 60 * S or np.linalg.norm(off) < 0.01
-    flat = jammed(at(10_000 * S, altitude_m=math.nan))
+    places, east = [], []
+    for t in range(S, 4200 * S, S // 5):
+        velocity = jammed(dataclasses.replace(sent, stamp_ns=t))
+        fix = jammed(at(t))
+        assert isinstance(velocity, VelocitySample)
+        assert isinstance(fix, FixSample)
+        places.append(plane.enu(fix))
+        east.append(velocity.velocity[0])
+        assert not velocity.has_vertical
+    noise = slice(500, 4000 * 5)
+    np.testing.assert_allclose(np.std(places[noise], axis=0), 2.0, rtol=0.2)
+    assert np.mean(east[noise]) == pytest.approx(3.0, abs=0.1)
+    assert np.std(east[noise]) == pytest.approx(0.5, rel=0.1)
+    assert np.linalg.norm(places[-1]) < 0.01
+    flat = jammed(at(4300 * S, altitude_m=math.nan))
     assert isinstance(flat, FixSample)
     assert not flat.has_altitude
 
