@@ -131,10 +131,10 @@ def test_jamming_on_a_simulated_flight(lengths: Callable[[tuple[int, ...]], None
     done = {
         (one.kind, one.length_s): one for one in flown(ROOT / "bags" / "curved_8", 1.0, 1, 20.0)
     }
-    assert set(done) == {
+    assert set(done) == {  # this receiver claims no accuracy
         ("carried", 0),
         ("displaced", 0),
-        *((kind, 5) for kind in ("back", "carried", "displaced", "degraded")),
+        *((kind, 5) for kind in ("back", "carried", "displaced")),
     }
     assert done["back", 5].alert_s is None
     assert done["back", 5].jam_states["gnss"].keys() == {"not_observable"}
