@@ -18,8 +18,12 @@ ORDER = ("pressure", "imu", "velocity", "mag", "fix")
 Samples = Sequence[tuple[str, Sample]]
 
 
-def samples_of(path: Path) -> tuple[int, Samples]:
+def samples_of(path: Path, order: Sequence[str] = ORDER) -> tuple[int, Samples]:
     """Start (ns) and samples of a flight in order of stamp.
+
+    Args:
+        path: A bag, or a log of any format of `analyze`.
+        order: The inputs that are read, as those of one stamp follow each other.
 
     Raises:
         BagError: It cannot be read.
@@ -28,9 +32,9 @@ def samples_of(path: Path) -> tuple[int, Samples]:
         as_bag(path, Wanted()) as (given, converted),
         BagReader(given, made_from=path if converted else None) as reader,
     ):
-        samples = [one for one in read_samples(reader, reader.inputs("auto")) if one[0] in ORDER]
+        samples = [one for one in read_samples(reader, reader.inputs("auto")) if one[0] in order]
         start_ns = reader.start_ns
-    return start_ns, sorted(samples, key=lambda one: (one[1].stamp_ns, ORDER.index(one[0])))
+    return start_ns, sorted(samples, key=lambda one: (one[1].stamp_ns, order.index(one[0])))
 
 
 def reported(spoofer: Spoofer, sample: Sample) -> Sample:

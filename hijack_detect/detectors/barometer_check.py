@@ -26,6 +26,9 @@ KEPT_NS = 3 * NANOSECONDS
 MAX_GAP_S = 2.0
 """After a longer gap in fixes or pressures everything is compared from then on: a receiver that
 comes back settles anew."""
+LONGEST_OUTAGE_NS = 120 * NANOSECONDS
+"""The reference from before an outage of the receiver alone is worth something for as long: on real
+flights outages take up to 70 s, and a barometer moves by a metre or two meanwhile."""
 VERTICAL_OF_HORIZONTAL = 1.7
 """Vertical over horizontal deviation of a receiver under an open sky (VDOP over HDOP)."""
 LAG_NS = 2 * NANOSECONDS
@@ -89,6 +92,10 @@ class BarometerCheck:
     The reference of the total is the mean of the last seconds before the flight. It follows slowly,
     at most `reference_rate`, and not at all while anything is suspicious.
 
+    A receiver that comes back in flight while the barometer went on is held to the reference from
+    before its outage until there is a new one, within what the worst receiver may be off: on real
+    flights it is off by up to 5 m then (60 outages).
+
     On the ground nothing is judged. A receiver that has moved by more than a poor one does in
     flight has not settled, and is judged SETTLE_S later.
     """
@@ -101,6 +108,8 @@ class BarometerCheck:
         self._learned = LearnedLevel(p.baro_floor, p.baro_gain, p.baro_ceiling)
         self._claimed = 0.0
         self._settled_ns: int | None = None
+        self._broken_ns = 0
+        """Stamp of the last pressure after a gap."""
         self._summed = 0.0
         self._interval_s = 0.0
         self.difference: float | None = None
@@ -114,6 +123,8 @@ class BarometerCheck:
         self._past = [_Past(horizon) for horizon in HORIZONS_S]
         self._recent: deque[_Point] = deque()
         self._reference: tuple[float, float, float] | None = None
+        self._held: tuple[float, float, float] | None = None
+        """The reference from before an outage of the receiver alone."""
         self._last: _Point | None = None
 
     @property
@@ -132,6 +143,9 @@ class BarometerCheck:
 
     def pressure(self, sample: PressureSample) -> None:
         """Take a pressure."""
+        last_ns = self._pressures[-1][0] if self._pressures else None
+        if last_ns is None or sample.stamp_ns - last_ns > MAX_GAP_S * NANOSECONDS:
+            self._broken_ns = sample.stamp_ns
         self._pressures.append((sample.stamp_ns, pressure_height(sample.pressure_pa)))
         while self._pressures[0][0] < sample.stamp_ns - KEPT_NS:
             self._pressures.popleft()
@@ -155,7 +169,10 @@ class BarometerCheck:
             return None
         last = self._last
         if last is not None and fix.stamp_ns - last.t_ns > MAX_GAP_S * NANOSECONDS:
+            held = self._held if self._reference is None else self._reference
             self.restart()
+            if self._broken_ns <= last.t_ns and fix.stamp_ns - last.t_ns <= LONGEST_OUTAGE_NS:
+                self._held = held
         self._claim(fix)
         point = self._point(fix, velocity, baro, at_ns)
         pasts = [past.add(point) for past in self._past]
@@ -169,12 +186,26 @@ class BarometerCheck:
             self._learn(point)
             if self._reference is None:
                 self.why = f"less than {self._p.learn_s:g} s of GPS height and pressure"
-                return None
+                return self._came_back(point)
+            self._held = None
         with_velocity = velocity is not None and velocity.has_vertical
         finding = self._judge(point, pasts, with_velocity)
         if finding.margin < FREEZE_MARGIN and not frozen:
             self._follow(point)
         return finding
+
+    def _came_back(self, point: _Point) -> Finding | None:
+        """What contradicts the reference from before an outage, if anything does."""
+        if self._held is None:
+            return None
+        at, baro, head = self._held
+        off = point.difference - at
+        limit = self._p.baro_total_m * self._p.baro_ceiling
+        limit += self._allowance(point.baro - baro, point.head - head)
+        if abs(off) <= limit:
+            return None
+        text = f"The GPS height came back {off:+.1f} m off the barometer (limit {limit:.1f})"
+        return Finding(abs(off) / limit, text)
 
     def _claim(self, fix: FixSample) -> None:
         """The part that the receiver's own accuracy explains."""
@@ -188,7 +219,7 @@ class BarometerCheck:
         stamp_ns = point.t_ns
         if not airborne:
             self.why = "not in flight"
-            self._reference = None
+            self._reference = self._held = None
             if self._level(point, pasts) > 1.0:
                 self._settled_ns = stamp_ns + round(SETTLE_S * NANOSECONDS)
             return True

@@ -41,6 +41,8 @@ class _Motion:
     stamp_ns: int
     valid_ns: int
     velocity: Array
+    from_fixes: bool = False
+    """Whether it is a difference of fixes, whose noise is that of positions over their interval."""
 
 
 class DateDetector:
@@ -79,7 +81,14 @@ class DateDetector:
         self._tumbled_ns: int | None = None
         self._violent_ns: int | None = None
         self._noise = NoiseScale(
-            0.01, 10.0, delay_s=8.0, memory_s=60.0, prior_s=10.0, clip=3.5, prior=USUAL_NOISE
+            0.01,
+            10.0,
+            delay_s=8.0,
+            memory_s=60.0,
+            prior_s=10.0,
+            clip=3.5,
+            prior=USUAL_NOISE,
+            rise_per_s=math.inf,
         )
         self._judged_s = 0.0
         """Time whose differences have been seen."""
@@ -117,14 +126,19 @@ class DateDetector:
             return None
         dt_ns = fix.stamp_ns - previous.stamp_ns
         velocity = np.array(displacement(previous, fix)) * (NANOSECONDS / dt_ns)
-        return _Motion(fix.stamp_ns, fix.stamp_ns - self._lag_ns - dt_ns // 2, velocity)
+        return _Motion(fix.stamp_ns, fix.stamp_ns - self._lag_ns - dt_ns // 2, velocity, True)
 
     def _evaluate(self, motion: _Motion | None) -> Verdict | None:
         previous, self._motion = self._motion, motion
+        if previous is not None and motion is not None and previous.from_fixes != motion.from_fixes:
+            # A window of both kinds would hold the noise of fixes to the limit of velocities.
+            self._window.clear()
         if motion is None or (previous is not None and previous.stamp_ns == motion.stamp_ns):
             return None
         self._watch.see("GPS velocity", motion.stamp_ns)
-        difference = None if previous is None else self._difference(previous, motion)
+        difference = None
+        if previous is not None and previous.from_fixes is motion.from_fixes:
+            difference = self._difference(previous, motion)
         if previous is None or difference is None:
             self._window.clear()
         else:

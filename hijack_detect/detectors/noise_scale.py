@@ -14,12 +14,21 @@ MAX_STEP_S = 1.0
 """A gap between two samples counts as this at most."""
 
 
+RISE_PER_S = 0.005
+"""Largest relative rise of the scale once it is known. On clean recorded flights it rises by up to
+0.15 in 15 s, 0.25 in 30 s and 0.3 in 60 s; noise that a jammed receiver shows for 40 s doubles it
+without this bound, and the carry-off that follows is lost in it (docs/detection-limits.md)."""
+KNOWN_S = 30.0
+"""Time of values from which on the scale is known."""
+
+
 class NoiseScale:
     """Root mean square of whitened errors over the flight's past, within bounds.
 
     What it learns is older than `delay_s`, so never what is under test; a single value counts
-    as `clip` times the scale at most, and `hold` keeps everything recent from being learnt. An
-    attacker can therefore raise it only slowly, and what it is is published.
+    as `clip` times the scale at most, `hold` keeps everything recent from being learnt, and once
+    the scale is known it rises no faster than `rise_per_s`. An attacker can therefore raise it only
+    slowly, and what it is is published.
     """
 
     def __init__(
@@ -32,6 +41,7 @@ class NoiseScale:
         prior_s: float,
         clip: float,
         prior: float = PRIOR,
+        rise_per_s: float = RISE_PER_S,
     ) -> None:
         """Start with the prior.
 
@@ -43,10 +53,12 @@ class NoiseScale:
             prior_s: The prior weighs as much as this time of values, s.
             clip: Largest value, in scales.
             prior: Scale before anything is learnt.
+            rise_per_s: Largest relative rise after KNOWN_S of values, 1/s.
         """
         self._low, self._high = low, high
         self._delay_ns = round(delay_s * NANOSECONDS)
-        self._memory_s, self._clip = memory_s, clip
+        self._memory_s, self._clip, self._rise_per_s = memory_s, clip, rise_per_s
+        self._known_s = 0.0
         self._sum, self._weight = prior_s * prior**2, prior_s
         self._waiting: deque[tuple[int, float]] = deque()
         self._learnt_ns: int | None = None
@@ -74,4 +86,7 @@ class NoiseScale:
         self._sum = self._sum * kept + clipped * dt
         self._weight = self._weight * kept + dt
         scale = math.sqrt(self._sum / self._weight)
+        self._known_s += dt
+        if self._known_s > KNOWN_S:
+            scale = min(scale, self.value * (1.0 + self._rise_per_s * dt))
         self.value = min(max(scale, self._low), self._high)

@@ -329,6 +329,38 @@ def test_the_reference_starts_anew_after_a_gap(gone: str) -> None:
     assert max(barometer) < 0.1
 
 
+@pytest.mark.parametrize(
+    ("gone", "on_the_ground", "seen"),
+    [
+        ("fix", False, True),
+        ("fix", True, False),
+        ("pressure", False, False),
+        ("both", False, False),
+    ],
+)
+def test_a_height_that_comes_back_far_off_is_seen_where_the_barometer_went_on(
+    gone: str, on_the_ground: bool, seen: bool
+) -> None:
+    """35 m, where the worst receiver may be off by 24."""
+    inputs = ("pressure", "velocity", "fix")
+    sent = flight(90.0, offset=lambda t: 35.0 if t >= 45.0 else 0.0, inputs=inputs)
+    names = ("fix", "pressure") if gone == "both" else (gone,)
+    sent = [
+        (name, one)
+        for name, one in sent
+        if name not in names or not 43 <= one.stamp_ns / SECOND < 47
+    ]
+    if on_the_ground:
+        sent = in_phase(sent, Phase.STANDING, 42.0, 48.0)
+    verdicts = run(sent)
+    alarm = first_alarm_s(verdicts)
+    assert (alarm is not None) is seen
+    if alarm is not None:
+        assert 47.0 <= alarm < 48.5
+        reason = next(one.reason for one in verdicts if one.state is State.ALARM)
+        assert reason.startswith("The GPS height came back +35.0 m off the barometer (limit 24.0)")
+
+
 def test_without_vertical_velocity_and_height_nothing_is_made_up() -> None:
     """A climb of a vehicle whose receiver measures neither is no climb rate of 0."""
     sent = flight(60.0, height=ramp(2.0, 20.0), climb=step(2.0, 20.0))

@@ -283,6 +283,21 @@ def test_fixes_take_over_when_the_velocities_stop(
     assert max(b - a for a, b in itertools.pairwise(stamps)) < 2.5 * SECOND
 
 
+def test_fixes_before_the_first_velocity_do_not_count_once_it_is_there() -> None:
+    """A lost fix returns, and its velocities a second later: coarse fixes are no acceleration."""
+    level = Rotation.identity()
+    sent = recording(12.0, nothing, nothing, lambda _: level)
+    sent = [one for one in sent if one[0] == "attitude" or not 4 <= one[1].stamp_ns / SECOND < 8.2]
+    for ms in range(0, 12_000, 200):
+        east_deg = 11.0 + 1e-5 * (ms // 400 % 2)
+        fix = FixSample(ms * MS, 48.0, east_deg, 500.0, has_fix=not 4000 <= ms < 7000)
+        sent.append(("fix", fix))
+    sent.sort(key=lambda one: (one[1].stamp_ns, ("attitude", "fix", "velocity").index(one[0])))
+    judged = [one for one in run(FAITHFUL, sent) if one.values]
+    assert {one.stamp_ns // SECOND for one in judged} >= {2, 3, 10, 11}
+    assert max(one.score for one in judged) < 0.01
+
+
 def attitudes_and(samples: Callable[..., Sent], flight: Flight, *names: str) -> Sent:
     """The estimator's attitudes of a flight, with some GPS inputs, in order of stamp."""
     estimator = AttitudeEstimator(AttitudeParameters())
