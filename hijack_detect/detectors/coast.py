@@ -14,7 +14,6 @@ from hijack_detect.detectors.coast_parameters import CoastParameters
 from hijack_detect.detectors.coast_score import Sustained, sustained
 from hijack_detect.detectors.flight_gate import FlightGate
 from hijack_detect.detectors.input_watch import InputWatch
-from hijack_detect.detectors.noise_scale import NoiseScale
 from hijack_detect.detectors.persistence import Persistence
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.estimation.air_ekf import SIZE, WIND, AirEkf
@@ -23,6 +22,7 @@ from hijack_detect.estimation.attitude_parameters import AttitudeParameters
 from hijack_detect.estimation.drag_noise import DragNoise
 from hijack_detect.estimation.ekf import Ekf, ProcessNoise
 from hijack_detect.estimation.lag_ekf import ModelErrors, Propagated
+from hijack_detect.estimation.noise_scale import NoiseScale
 from hijack_detect.estimation.rotation import Array
 from hijack_detect.streams.samples import (
     NANOSECONDS,

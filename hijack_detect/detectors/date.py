@@ -12,12 +12,12 @@ from hijack_detect.detectors.attitude_window import AttitudeWindow
 from hijack_detect.detectors.date_parameters import DateParameters
 from hijack_detect.detectors.flight_gate import FlightGate
 from hijack_detect.detectors.input_watch import InputWatch
-from hijack_detect.detectors.noise_scale import NoiseScale
 from hijack_detect.detectors.persistence import Persistence
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.detectors.window import WindowSums
 from hijack_detect.estimation.course import displacement
 from hijack_detect.estimation.ekf import GRAVITY
+from hijack_detect.estimation.noise_scale import NoiseScale
 from hijack_detect.estimation.rotation import Array, matrices
 from hijack_detect.streams.samples import (
     NANOSECONDS,

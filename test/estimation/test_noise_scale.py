@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hijack_detect.detectors.noise_scale import NoiseScale
+from hijack_detect.estimation.noise_scale import NoiseScale
 
 SECOND = 10**9
 LOW, HIGH = 0.3, 3.0
