@@ -37,11 +37,32 @@ class CoastParameters(Parameters):
         0.7, "Standard deviation of a fix on the next.", unit="m", low=0.01, high=100.0
     )
     velocity_sigma: float = param(
-        0.1, "Standard deviation of a GPS velocity.", unit="m/s", low=0.01, high=100.0
+        0.05,
+        "White noise of a GPS velocity, standard deviation; a receiver that jumps more is taken "
+        "to be up to five times as noisy, from what it shows in flight.",
+        unit="m/s",
+        low=0.01,
+        high=100.0,
+    )
+    velocity_error: float = param(
+        0.3,
+        "Error of a GPS velocity that lasts for about a second (Gauss-Markov), standard deviation. "
+        "Recorded receivers: 0.1 to 0.5. Noise that is taken for white tilts the filter.",
+        unit="m/s",
+        low=0.0,
+        high=10.0,
+    )
+    gyro_noise: float = param(
+        0.002,
+        "Gyroscope noise density. Between 0.001, of most recorded IMUs, and 0.01, of those that "
+        "are sampled at 25 Hz: what is worse shows in the noise scale.",
+        unit="rad/s/√Hz",
+        low=1e-6,
+        high=1.0,
     )
     accel_bias_walk: float = param(
-        0.04,
-        "Random walk of the accelerometer bias; vibration moves it with the throttle.",
+        0.01,
+        "Random walk of the accelerometer bias. 0.003 to 0.01 fit 11 of 13 recorded flights best.",
         unit="m/s²/√s",
         low=0.0,
         high=1.0,
@@ -101,21 +122,21 @@ class CoastParameters(Parameters):
         high=10.0,
     )
     threshold_low: float = param(
-        2.4,
+        3.0,
         "Limit of the offset acceleration in its standard deviations, for a vehicle whose IMU and "
-        "GPS agree as well as their noise allows.",
+        "GPS agree as well as their noise allows. Such vehicles reach 2.4 without an attack.",
         low=1.0,
         high=100.0,
     )
     threshold_high: float = param(
-        3.6,
+        4.4,
         "The same for a vehicle with vibration, aliasing or a poor receiver: rare errors are then "
-        "far larger than usual ones.",
+        "far larger than usual ones. Such vehicles reach 3.8 without an attack.",
         low=1.0,
         high=100.0,
     )
     threshold_gain: float = param(
-        13.0,
+        20.0,
         "The limit is this times the cube of the noise scale, between the two above.",
         low=0.1,
         high=1000.0,
@@ -165,6 +186,14 @@ class CoastParameters(Parameters):
         unit="rad/s",
         low=0.1,
         high=100.0,
+    )
+    outage_s: float = param(
+        2.0,
+        "After a gap of this length in the GPS all onsets begin anew: what the inertial solution "
+        "was off by meanwhile looks like an attack from before the gap.",
+        unit="s",
+        low=0.1,
+        high=60.0,
     )
     max_noise_scale: float = param(
         2.5,

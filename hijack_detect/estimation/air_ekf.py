@@ -3,7 +3,8 @@
 
 The drag of a multirotor says how fast it moves through the air. As long as the wind stays, that
 is a velocity which no GPS has touched: weak from one fix to the next, and it keeps tilt and
-accelerometer bias from taking up what a spoofed GPS pulls.
+accelerometer bias from taking up what a spoofed GPS pulls. The coloured error of GPS velocities is
+a state, too: it does not tilt the vehicle.
 """
 
 from __future__ import annotations
@@ -20,15 +21,19 @@ from hijack_detect.estimation.ekf import (
     VELOCITY,
     ImuBlock,
     Innovation,
+    Observation,
     ProcessNoise,
 )
 from hijack_detect.estimation.lag_ekf import LagEkf, ModelErrors
 from hijack_detect.estimation.rotation import Array, matrix, skew
+from hijack_detect.estimation.velocity_error import VelocityError, VelocityNoise
 from hijack_detect.streams.samples import Quaternion
 
 WIND, DRAG, TILT = slice(17, 19), slice(19, 21), slice(21, 23)
 """Wind (East, North, m/s); k (1/s) and q (1/m); force along x and y from tilted rotors (m/s²)."""
-SIZE = 23
+VELOCITY_ERROR = slice(23, 26)
+"""Error of the GPS velocity (East, North, Up, m/s), see `velocity_error`."""
+SIZE = 26
 SHORTEST_S, LONGEST_S = 0.15, 1.1
 """Force is averaged over at least so long, and not used when it was longer: nobody knows how the
 vehicle moved."""
@@ -37,7 +42,7 @@ MAX_HEADING_SIGMA = math.radians(20.0)
 
 
 class AirEkf(LagEkf):
-    """15 states, two lags, wind (2), drag (2) and the force of tilted rotors (2)."""
+    """15 states, two lags, wind (2), drag (2), force of tilted rotors (2), velocity error (3)."""
 
     def __init__(
         self,
@@ -46,9 +51,12 @@ class AirEkf(LagEkf):
         noise: ProcessNoise,
         errors: ModelErrors,
         air: DragNoise,
+        receiver: VelocityNoise,
     ) -> None:
-        """See LagEkf; `air` is what is assumed of wind and drag."""
-        super().__init__(attitude, sigmas, noise, errors, air.sigmas)
+        """See LagEkf; `air` is what is assumed of wind and drag, `receiver` of GPS velocities."""
+        self.velocity_error = VelocityError(receiver)
+        behind = (*air.sigmas, *self.velocity_error.sigmas)
+        super().__init__(attitude, sigmas, noise, errors, behind)
         self._walk = np.square(air.walks)
         self._force = ForceNoise(air)
         self.wind: Array = np.zeros(2)
@@ -65,19 +73,38 @@ class AirEkf(LagEkf):
     def propagate(self, block: ImuBlock) -> None:
         """See Ekf."""
         super().propagate(block)
+        self.velocity_error.propagate(block.seconds)
         self._impulse = self._impulse + block.dt @ block.specific_force[:, :2]
         self._seconds += block.seconds
 
     def process_noise(self, block: ImuBlock, force: Array) -> Array:
         """See LagEkf."""
         noise = super().process_noise(block, force)
-        noise[WIND.start :] = self._walk * block.seconds
+        noise[WIND.start : TILT.stop] = self._walk * block.seconds
+        noise[VELOCITY_ERROR] = self.velocity_error.walked(block.seconds)
         return noise
+
+    def transition_over(self, dt: Array, rotation: Array, force: Array) -> Array:
+        """See Ekf."""
+        phi = super().transition_over(dt, rotation, force)
+        phi[VELOCITY_ERROR, VELOCITY_ERROR] *= self.velocity_error.kept(float(dt.sum()))
+        return phi
+
+    def gps(self, block: slice, measured: Array, variances: Array) -> Observation:
+        """See LagEkf."""
+        rows, residual, noise = super().gps(block, measured, variances)
+        if block is not VELOCITY:
+            return rows, residual, noise
+        rows[:, VELOCITY_ERROR] = np.eye(3)
+        error = self.velocity_error
+        return rows, residual - error.value, noise * error.scale**2
 
     def update(self, h: Array, residual: Array, r: Array) -> Innovation:
         """See Ekf; after each GPS velocity the drag since the last one is used, too."""
         velocity = self._block is VELOCITY
         found = super().update(h, residual, r)
+        if velocity:
+            self.velocity_error.learn(found)
         if velocity and self._seconds > SHORTEST_S:
             if self._seconds < LONGEST_S and self.heading_variance < MAX_HEADING_SIGMA**2:
                 self._feel(self._impulse / self._seconds, self._seconds)
@@ -108,3 +135,4 @@ class AirEkf(LagEkf):
         smallest = (SMALLEST_DRAG, 0.0)
         self.drag = np.maximum(self.drag + error[DRAG], smallest)
         self.tilt = self.tilt + error[TILT]
+        self.velocity_error.value = self.velocity_error.value + error[VELOCITY_ERROR]

@@ -141,7 +141,7 @@ class Ekf:
 
         rotation = matrices(np.array(middles))
         force = (rotation @ (block.specific_force - self.accel_bias)[:, :, None])[:, :, 0]
-        self.transition = phi = _transition(dt, rotation, force, len(self.covariance))
+        self.transition = phi = self.transition_over(dt, rotation, force)
         covariance = phi @ self.covariance @ phi.T
         add_diagonal(covariance, slice(0, len(phi)), self.process_noise(block, force.mean(axis=0)))
         covariance[BOTH_WAYS] += self._noise.accel**2 * block.seconds**2 / 2
@@ -150,6 +150,16 @@ class Ekf:
         after = self.velocity + steps.cumsum(axis=0)
         self.position = self.position + ((after - 0.5 * steps) * dt).sum(axis=0)
         self.velocity = after[-1]
+
+    def transition_over(self, dt: Array, rotation: Array, force: Array) -> Array:
+        """Φ over a block, shape (n, n); a subclass says how its own states move.
+
+        Args:
+            dt: Lengths of the intervals, s, shape (m, 1).
+            rotation: FLU → ENU in the middle of each, shape (m, 3, 3).
+            force: Specific force in each, ENU, m/s², shape (m, 3).
+        """
+        return _transition(dt, rotation, force, len(self.covariance))
 
     def process_noise(self, block: ImuBlock, force: Array) -> Array:
         """Diagonal of Q of §3.5 over a block, shape (n,); `propagate` adds what ties p to v.

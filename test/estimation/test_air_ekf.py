@@ -24,6 +24,7 @@ from hijack_detect.estimation.ekf import (
 )
 from hijack_detect.estimation.lag_ekf import LagEkf, Measured, ModelErrors
 from hijack_detect.estimation.rotation import exponential, matrix, multiply
+from hijack_detect.estimation.velocity_error import VelocityNoise
 
 Array = npt.NDArray[np.float64]
 SIZES, RATES = np.array([20.0, 10.0, 0.0]), np.array([0.4, 0.8, 0.0])
@@ -31,12 +32,13 @@ SIZES, RATES = np.array([20.0, 10.0, 0.0]), np.array([0.4, 0.8, 0.0])
 WALKED = np.array([-3.0, 2.0])
 """The wind, m/s."""
 K, Q = 0.3, 0.01
+RECEIVER = VelocityNoise()
 
 
-def make(*, heading_sigma: float = 0.2) -> AirEkf:
+def make(*, heading_sigma: float = 0.2, receiver: VelocityNoise = RECEIVER) -> AirEkf:
     sigmas = SIGMAS.copy()
     sigmas[8] = heading_sigma
-    ekf = AirEkf(LEVEL, sigmas, NOISE, ModelErrors(), DragNoise())
+    ekf = AirEkf(LEVEL, sigmas, NOISE, ModelErrors(), DragNoise(), receiver)
     ekf.velocity = velocity(0.0)
     return ekf
 
@@ -181,7 +183,8 @@ def test_without_a_heading_a_wind_has_no_direction() -> None:
 def test_a_force_that_no_drag_explains_is_trusted_less() -> None:
     """A fixed wing: sideslip and thrust along x and y. The filter is nearly that without air."""
     rng = np.random.default_rng(6)
-    feeling, plain = make(), LagEkf(LEVEL, SIGMAS, NOISE, ModelErrors())
+    white = VelocityNoise(sigma=0.0, worst=1.0)
+    feeling, plain = make(receiver=white), LagEkf(LEVEL, SIGMAS, NOISE, ModelErrors())
     plain.velocity = feeling.velocity
     for _ in range(300):
         force = np.tile([0.0, 0.0, GRAVITY], (10, 1)) + 2.0 * np.append(rng.normal(size=2), 0.0)
