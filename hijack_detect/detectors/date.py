@@ -30,6 +30,10 @@ from hijack_detect.streams.samples import (
 USUAL_NOISE = 0.35
 """m/s²: RMS difference of acceleration before anything is learnt."""
 
+RECENT_S = 10.0
+"""The difference is learnt from about this time, too: a receiver that gets worse does so within
+seconds (on a recorded flight from 0.4 to 1.4 m/s² within 4 s, 20 s before it failed)."""
+
 
 @dataclass(frozen=True)
 class _Motion:
@@ -89,6 +93,15 @@ class DateDetector:
             clip=3.5,
             prior=USUAL_NOISE,
             rise_per_s=math.inf,
+        )
+        self._recent = NoiseScale(
+            0.01,
+            10.0,
+            delay_s=2.0 * p.window_s,
+            memory_s=RECENT_S,
+            prior_s=10.0,
+            clip=3.5,
+            prior=USUAL_NOISE,
         )
         self._judged_s = 0.0
         """Time whose differences have been seen."""
@@ -172,7 +185,7 @@ class DateDetector:
         p = self._parameters
         if p.noise_gain == 0.0:
             return p.threshold
-        return max(p.least_limit, p.noise_gain * self._noise.value)
+        return max(p.least_limit, p.noise_gain * max(self._noise.value, self._recent.value))
 
     def _unable(self, stamp_ns: int) -> tuple[State, str] | None:
         """State and reason if nothing can be said."""
@@ -215,15 +228,15 @@ class DateDetector:
         p = self._parameters
         if p.noise_gain == 0.0:
             return False
-        if self._judged_s < p.settle_s:
+        settling = self._judged_s < p.settle_s
+        if settling:
             self._judged_s += self._interval_ns / NANOSECONDS
-            self._noise.add(stamp_ns, score**2)
-            return True
-        if score > limit:
-            self._noise.hold()
-        else:
-            self._noise.add(stamp_ns, score**2)
-        return False
+        for noise in (self._noise, self._recent):
+            if score > limit and not settling:
+                noise.hold()
+            else:
+                noise.add(stamp_ns, score**2)
+        return settling
 
 
 def up_component(sample: AttitudeSample) -> float:

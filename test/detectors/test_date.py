@@ -369,6 +369,21 @@ def test_a_smooth_flight_has_the_least_limit_and_sees_less() -> None:
     assert not any(one.state is State.ALARM for one in before)
 
 
+def test_a_receiver_that_gets_worse_within_seconds_is_no_alarm() -> None:
+    """From ±0.15 to ±1.2 m/s² within 20 s; 60 s of memory alone would lag behind."""
+
+    def velocity(t: float) -> Vector:
+        size = np.interp(t, [0.0, 60.0, 70.0, 80.0], [0.15, 0.15, 0.5, 1.2])
+        return np.array([size * np.sin(1.5 * t) / 1.5, 0.0, 0.0])
+
+    verdicts = run(
+        DateParameters(), recording(100.0, nothing, velocity, lambda _: Rotation.identity())
+    )
+    assert {one.state for one in verdicts} <= {State.NOT_READY, State.NORMAL}
+    margins = [one.margin for one in verdicts if one.stamp_ns > 60 * SECOND]
+    assert 0.4 < max(margins) < 0.95
+
+
 def test_an_attack_that_alarms_is_not_learnt() -> None:
     verdicts = run(DateParameters(), swaying(0.1, 50.0))
     alarms = [one for one in verdicts if one.state is State.ALARM]
