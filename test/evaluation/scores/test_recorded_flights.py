@@ -47,10 +47,6 @@ UNSEEN = frozenset({"ground", "low_imu_rate", "sitl"})
 """Classes of `real/` in which nothing that needs an IMU in flight may claim to tell."""
 LOST_FIX = frozenset({"erle_quad_6nov_loiter_rtl.bin"})
 """Flights of class `flight` of which it is true: 6 s without a fix, and an HDOP of 2.53."""
-NOT_YET = {
-    "erle_quad_26nov_181.bin": "coast alarms 16 s before the receiver fails",
-}
-"""Flights with a false alert that are known, and why."""
 
 
 @dataclass(frozen=True)
@@ -96,8 +92,6 @@ def test_alerts_are_right_or_there_are_none(flight: Flight) -> None:
     elif case.kind == "flight" and case.name not in LOST_FIX:
         assert not done.watch.poor_receiver
     first = done.watch.first
-    if first is not None and case.name in NOT_YET:
-        pytest.xfail(NOT_YET[case.name])
     assert first is None, f"false alert at {first.at_s:.1f} s: {first.cause}"
     if case.kind in UNSEEN:
         assert done.watch.not_judged is not None
