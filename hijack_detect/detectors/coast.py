@@ -87,6 +87,8 @@ class CoastDetector:
         self._bridged = 0
         self._since_ns = 0
         self._gps_ns = 0
+        self._returned_ns: int | None = None
+        """End of the last gap in the GPS."""
         self._imu_ns = 0
         self._excursions: deque[tuple[int, int]] = deque()
         """Stamp and length (ns) of the samples beyond max_force or max_rate."""
@@ -119,6 +121,7 @@ class CoastDetector:
         outage = stamp_ns - self._gps_ns > self._parameters.outage_s * NANOSECONDS
         if outage and self._filter is not None:
             self._begin_bank()
+            self._returned_ns = stamp_ns
         self._gps_ns = stamp_ns
 
     def _note_excursion(self, sample: ImuSample) -> None:
@@ -206,7 +209,7 @@ class CoastDetector:
             reason = f"specific force or rate beyond {p.max_force:g} m/s², {p.max_rate:g} rad/s"
             return self._silent(stamp_ns, State.NOT_OBSERVABLE, reason)
         still, free = self._bank.offsets(), self._bank.offsets(changed=True)
-        found = self._found(still, free)
+        found = self._found(stamp_ns, still, free)
         known_s = min((stamp_ns - self._since_ns) / NANOSECONDS, self._gate.airborne_s(stamp_ns))
         if found is None or known_s < p.settle_s:
             self._learn(stamp_ns, free)
@@ -216,22 +219,30 @@ class CoastDetector:
             return self._silent(stamp_ns, State.NOT_READY, reason)
         return self._judge(stamp_ns, still, free, found)
 
-    def _found(self, still: Offsets, free: Offsets) -> Sustained | None:
+    def _found(self, stamp_ns: int, still: Offsets, free: Offsets) -> Sustained | None:
         """What a run of onsets says, whether the wind stays or not.
 
         A gust convinces only who believes that it stays, an error of tilt rather who does not.
         """
-        sure = self._deviation(still)
-        unsure = self._deviation(free) / self._parameters.gusty_gain
+        worse = max(self._estimator.worse, self._adrift(stamp_ns))
+        sure = self._deviation(still, worse)
+        unsure = self._deviation(free, worse) / self._parameters.gusty_gain
         score = np.minimum(still.size / sure, free.size / unsure)
         return sustained(still.age_s, score, np.maximum(sure, unsure), self._parameters.span_s)
 
-    def _deviation(self, offsets: Offsets) -> Array:
+    def _adrift(self, stamp_ns: int) -> float:
+        """How much of a gap of the GPS still weighs on tilt and heading, from 1 down to 0."""
+        if self._returned_ns is None:
+            return 0.0
+        ago_s = (stamp_ns - self._returned_ns) / NANOSECONDS
+        return max(0.0, 1.0 - ago_s / self._parameters.longest_s)
+
+    def _deviation(self, offsets: Offsets, worse: float) -> Array:
         """Standard deviation of each offset acceleration on this vehicle, m/s²."""
         p = self._parameters
-        # What a gap of the IMU leaves behind is as large as the filter says, unlike noise, of
-        # which this vehicle may have less.
-        learnt, worse = self._scale.value, self._estimator.worse
+        # What a gap leaves behind is as large as the filter says, unlike noise, of which this
+        # vehicle may have less.
+        learnt = self._scale.value
         scale = max(learnt, worse + (1.0 - worse) * learnt)
         variance: Array = (
             (scale * offsets.sigma) ** 2

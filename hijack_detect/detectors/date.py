@@ -102,6 +102,7 @@ class DateDetector:
             prior_s=10.0,
             clip=3.5,
             prior=USUAL_NOISE,
+            rise_per_s=math.inf,
         )
         self._judged_s = 0.0
         """Time whose differences have been seen."""
