@@ -50,7 +50,7 @@ RATE_SCALE = 0.01
 """Gyroscope noise density grows with angular velocity times this, 1/√Hz: between none, of most
 recorded IMUs, and 0.02, of those that are sampled at 25 Hz."""
 LOWEST_SCALE, HIGHEST_SCALE = 0.3, 3.0
-VISIBLE_GAIN = 5.0 / 3.0
+VISIBLE_GAIN = 1.2
 """`smallest_visible` is this times the offset whose mean score reaches the limit. Noise takes a
 whole run below the limit more often than above, and an offset older than the bank is taken up by
 tilt and bias. Measured by benchmarks/visible_promise.py on vehicles left out: of drifts 1.2 times

@@ -203,7 +203,7 @@ class CoastParameters(Parameters):
         high=100.0,
     )
     max_visible: float = param(
-        5.0,
+        3.6,
         "NOT_OBSERVABLE while the smallest acceleration that it could see is larger: after a gap, "
         "until tilt and heading are known again. No drone is carried off so fast.",
         unit="m/s²",
