@@ -81,7 +81,12 @@ class CoastDetector:
         self._watch = InputWatch(("imu", "fix"))
         self._persistence = Persistence(p.persist_s)
         self._scale = NoiseScale(
-            LOWEST_SCALE, HIGHEST_SCALE, delay_s=p.longest_s, memory_s=90.0, prior_s=5.0, clip=3.5
+            LOWEST_SCALE,
+            HIGHEST_SCALE,
+            delay_s=p.longest_s,
+            memory_s=90.0,
+            prior_s=5.0,
+            clip=3.5,
         )
         self._filter: AirEkf | None = None
         self._bridged = 0
@@ -263,7 +268,7 @@ class CoastDetector:
     @property
     def _limit(self) -> float:
         p = self._parameters
-        wanted = p.threshold_gain * self._scale.value**3
+        wanted = p.threshold_gain * self._scale.value**2
         return min(max(wanted, p.threshold_low), p.threshold_high)
 
     def _judge(self, stamp_ns: int, still: Offsets, free: Offsets, found: Sustained) -> Verdict:

@@ -136,8 +136,8 @@ class CoastParameters(Parameters):
         high=100.0,
     )
     threshold_gain: float = param(
-        20.0,
-        "The limit is this times the cube of the noise scale, between the two above.",
+        16.0,
+        "The limit is this times the square of the noise scale, between the two above.",
         low=0.1,
         high=1000.0,
     )

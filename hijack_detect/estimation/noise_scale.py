@@ -14,10 +14,11 @@ MAX_STEP_S = 1.0
 """A gap between two samples counts as this at most."""
 
 
-RISE_PER_S = 0.005
-"""Largest relative rise of the scale once it is known. On clean recorded flights it rises by up to
-0.15 in 15 s, 0.25 in 30 s and 0.3 in 60 s; noise that a jammed receiver shows for 40 s doubles it
-without this bound, and the carry-off that follows is lost in it (docs/detection-limits.md)."""
+RISE_PER_S = 0.02
+"""Largest relative rise of the scale once it is known. On a healthy recorded flight it rose by 0.016
+a second for 20 s when the vehicle began to manoeuvre; held to 0.005 that flight was an alarm.
+Without a bound, noise that a jammed receiver shows for 40 s doubles it, and the carry-off that
+follows is lost in it (docs/detection-limits.md)."""
 KNOWN_S = 30.0
 """Time of values from which on the scale is known."""
 

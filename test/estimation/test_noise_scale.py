@@ -131,14 +131,14 @@ def test_an_attacker_raises_it_slowly(attack: list[float]) -> None:
 
 
 @given(SQUARES)
-def test_once_it_is_known_it_rises_by_half_a_percent_a_second(values: list[float]) -> None:
+def test_once_it_is_known_it_rises_by_2_percent_a_second(values: list[float]) -> None:
     """The first value of a series is not learnt: 32 make 31 s, one more than it takes."""
     one = feed(scale(delay_s=0.0), [1.0] * 33)
     assert one.value == pytest.approx(1.0)
     for second, value in enumerate(values, 33):
         before = one.value
         one.add(second * SECOND, value)
-        assert one.value <= before * 1.005 * (1.0 + 1e-12)
+        assert one.value <= before * 1.02 * (1.0 + 1e-12)
 
 
 def test_the_bound_on_its_rise_can_be_taken_off() -> None:
@@ -146,6 +146,9 @@ def test_the_bound_on_its_rise_can_be_taken_off() -> None:
     assert feed(one, [9.0] * 3, 33).value > 1.05
 
 
-def test_a_jammed_minute_raises_it_by_a_third() -> None:
+def test_15_s_of_jamming_raise_it_by_a_third() -> None:
     one = feed(scale(memory_s=90.0, delay_s=8.0), [1.0] * 60)
-    assert feed(one, [9.0] * 60, 60).value == pytest.approx(1.005**52, rel=0.02)
+    without = feed(scale(memory_s=90.0, delay_s=8.0, rise_per_s=math.inf), [1.0] * 60)
+    raised = feed(one, [9.0] * 23, 60).value
+    assert raised <= 1.02**15 * 1.001
+    assert raised < feed(without, [9.0] * 23, 60).value
