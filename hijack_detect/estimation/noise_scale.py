@@ -15,8 +15,8 @@ MAX_STEP_S = 1.0
 
 
 RISE_PER_S = 0.02
-"""Largest relative rise of the scale once it is known. On a healthy recorded flight it rose by 0.016
-a second for 20 s when the vehicle began to manoeuvre; held to 0.005 that flight was an alarm.
+"""Largest relative rise of the scale once it is known. On a healthy recorded flight it rose by
+0.016 a second for 20 s when the vehicle began to manoeuvre; held to 0.005 that flight was an alarm.
 Without a bound, noise that a jammed receiver shows for 40 s doubles it, and the carry-off that
 follows is lost in it (docs/detection-limits.md)."""
 KNOWN_S = 30.0
