@@ -49,6 +49,9 @@ LAG_JITTER_S = 0.05
 RATE_SCALE = 0.01
 """Gyroscope noise density grows with angular velocity times this, 1/√Hz: between none, of most
 recorded IMUs, and 0.02, of those that are sampled at 25 Hz."""
+LATE_S = 0.33
+"""A lag beyond this is named: recorded receivers have 0.02 to 0.28 s, and from 0.38 s on the filter
+cannot follow, and takes manoeuvres for accelerations."""
 LOWEST_SCALE, HIGHEST_SCALE = 0.3, 3.0
 VISIBLE_GAIN = 1.2
 """`smallest_visible` is this times the offset whose mean score reaches the limit. Noise takes a
@@ -300,6 +303,9 @@ class CoastDetector:
             reason = f"The GPS accelerates by {size:.2f} m/s² that the IMU does not feel"
         reason += f", since {age_s:.1f} s: {score:.1f} σ (limit {limit:.1f}); "
         reason += f"could see {smallest:.2f} m/s²"
+        lag_s = max(values["position_lag"], values["velocity_lag"])
+        if lag_s > LATE_S:
+            reason += f"; the GPS lags by {lag_s:.2f} s"
         return Verdict(self.NAME, stamp_ns, state, score, limit, reason, values)
 
     def _values(self, acceleration: Array, age_s: float, smallest: float) -> dict[str, float]:

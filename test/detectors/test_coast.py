@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -154,6 +155,24 @@ def test_an_attack_does_not_teach_that_it_is_noise(clean: Sent, judged: list[Ver
 
 def test_the_same_flight_gives_the_same_verdicts(clean: Sent, judged: list[Verdict]) -> None:
     assert run(clean) == judged
+
+
+def test_a_receiver_that_gets_late_is_named_and_no_alarm(
+    clean: Sent, judged: list[Verdict]
+) -> None:
+    """By 0.5 s from 10 s on, within 20 s."""
+
+    def late(sample: Sample) -> Sample:
+        if isinstance(sample, ImuSample):
+            return sample
+        extra_s = 0.5 * min(1.0, max(0.0, (seconds(sample) - 10.0) / 20.0))
+        return replace(sample, stamp_ns=sample.stamp_ns + round(extra_s * SECOND))
+
+    sent = sorted(((name, late(one)) for name, one in clean), key=lambda one: one[1].stamp_ns)
+    verdicts = run(sent)
+    assert State.ALARM not in {one.state for one in verdicts}
+    assert "the GPS lags by 0.3" in verdicts[-1].reason
+    assert not any("lags" in one.reason for one in judged)
 
 
 def cut(sent: Sent, name: str, from_s: float, to_s: float = math.inf) -> Sent:
