@@ -23,6 +23,7 @@ from hijack_detect.estimation.ekf import (
     Innovation,
     Observation,
     ProcessNoise,
+    add_diagonal,
 )
 from hijack_detect.estimation.lag_ekf import LagEkf, ModelErrors
 from hijack_detect.estimation.rotation import Array, matrix, skew
@@ -37,6 +38,8 @@ SIZE = 26
 SHORTEST_S, LONGEST_S = 0.15, 1.1
 """Force is averaged over at least so long, and not used when it was longer: nobody knows how the
 vehicle moved."""
+JUMPED = 14.0
+"""χ² of two axes, 3.7 standard deviations: one fix in a thousand of Gaussian noise is beyond."""
 MAX_HEADING_SIGMA = math.radians(20.0)
 """Until the heading is known as well as this, a wind has no direction."""
 
@@ -64,6 +67,7 @@ class AirEkf(LagEkf):
         self.tilt: Array = np.zeros(2)
         self._impulse: Array = np.zeros(2)
         self._seconds = 0.0
+        self._since_velocity_s = math.inf
 
     @property
     def residual(self) -> float:
@@ -74,6 +78,7 @@ class AirEkf(LagEkf):
         """See Ekf."""
         super().propagate(block)
         self.velocity_error.propagate(block.seconds)
+        self._since_velocity_s += block.seconds
         self._impulse = self._impulse + block.dt @ block.specific_force[:, :2]
         self._seconds += block.seconds
 
@@ -94,16 +99,31 @@ class AirEkf(LagEkf):
         """See LagEkf."""
         rows, residual, noise = super().gps(block, measured, variances)
         if block is not VELOCITY:
+            self._anchor(rows[:2], residual[:2], noise[:2])
             return rows, residual, noise
         rows[:, VELOCITY_ERROR] = np.eye(3)
         error = self.velocity_error
         return rows, residual - error.value, noise * error.scale**2
+
+    def _anchor(self, rows: Array, residual: Array, noise: Array) -> None:
+        """Where a fix jumps beside a velocity that does not, take the position for unknown.
+
+        Reflections move fixes by some metres, and back. Taken for motion that tilts the filter; a
+        large jump is for other checks, and a pull shows in the velocity as well.
+        """
+        if self._since_velocity_s > LONGEST_S or self.heading_variance > MAX_HEADING_SIGMA**2:
+            return
+        spread = rows @ self.covariance @ rows.T
+        add_diagonal(spread, slice(0, 2), noise)
+        if residual @ np.linalg.solve(spread, residual) > JUMPED:
+            add_diagonal(self.covariance, slice(0, 2), float(residual @ residual))
 
     def update(self, h: Array, residual: Array, r: Array) -> Innovation:
         """See Ekf; after each GPS velocity the drag since the last one is used, too."""
         velocity = self._block is VELOCITY
         found = super().update(h, residual, r)
         if velocity:
+            self._since_velocity_s = 0.0
             self.velocity_error.learn(found)
         if velocity and self._seconds > SHORTEST_S:
             if self._seconds < LONGEST_S and self.heading_variance < MAX_HEADING_SIGMA**2:
