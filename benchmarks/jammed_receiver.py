@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from carried_off import drift
+from carried_off import drift, reported
 
 from hijack_detect.spoofing.plane import TangentPlane, moved
 from hijack_detect.spoofing.spoofer import Spoofer
@@ -170,17 +170,13 @@ class Carried:
 
     def __call__(self, sample: Sample) -> Sample | None:
         """What becomes of a sample."""
-        reported = self._drifted(sample)
-        if isinstance(reported, FixSample) and reported.has_fix:
+        changed = self._drifted(sample)
+        if isinstance(changed, FixSample) and changed.has_fix:
             offset = 0.0 if self._spoofer is None else self._spoofer.offset_m
             self.separation_m = offset + math.hypot(*self._by)
             if any(self._by):
-                reported = displaced(reported, self._by)
-        return self._claims(reported)
+                changed = displaced(changed, self._by)
+        return self._claims(changed)
 
     def _drifted(self, sample: Sample) -> Sample:
-        if self._spoofer is None:
-            return sample
-        if isinstance(sample, FixSample):
-            return self._spoofer.fix(sample)
-        return self._spoofer.velocity(sample) if isinstance(sample, VelocitySample) else sample
+        return sample if self._spoofer is None else reported(self._spoofer, sample)
