@@ -40,15 +40,16 @@ class FlightGate:
         self._last: PhaseSample | None = None
         self._airborne_ns: int | None = None
 
-    def update(self, sample: PhaseSample) -> None:
-        """Take the next phase."""
-        before = self._last
-        if sample.phase.airborne:
-            if before is None or not before.phase.airborne:
-                self._airborne_ns = sample.stamp_ns
-        else:
+    def update(self, sample: PhaseSample) -> bool:
+        """Take the next phase; return whether the vehicle is in the air from it on."""
+        before, self._last = self._last, sample
+        if not sample.phase.airborne:
             self._airborne_ns = None
-        self._last = sample
+            return False
+        took_off = before is None or not before.phase.airborne
+        if took_off:
+            self._airborne_ns = sample.stamp_ns
+        return took_off
 
     def airborne_s(self, stamp_ns: int) -> float:
         """Time since the vehicle is known to be in the air, s; infinite where there is no phase."""

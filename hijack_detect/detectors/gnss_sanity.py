@@ -63,7 +63,6 @@ class GnssSanityDetector:
         sensors = dict.fromkeys(("velocity", "satellites", "fix"), p.sensor_patience_s)
         self.inputs: Mapping[str, float] = {"phase": p.patience_s, **sensors}
         self._gate = FlightGate(min_imu_hz=0.0)
-        self._airborne = False
         self._track = Track()
         self._set_back = {name: SetBack() for name in ("fix", "velocity")}
         self._watch = InputWatch(("fix",))
@@ -95,10 +94,8 @@ class GnssSanityDetector:
         stamp_ns = sample.stamp_ns
         self._receiver.passes(stamp_ns)
         if isinstance(sample, PhaseSample):
-            if sample.phase.airborne and not self._airborne:
+            if self._gate.update(sample):
                 self._mismatch.begin()
-            self._airborne = sample.phase.airborne
-            self._gate.update(sample)
             return self._lost(stamp_ns)
         if isinstance(sample, FixSample):
             self._watch.see("fix", stamp_ns)
