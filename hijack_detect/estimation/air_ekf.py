@@ -18,6 +18,7 @@ from hijack_detect.estimation.drag_noise import DragNoise, ForceNoise
 from hijack_detect.estimation.ekf import (
     ACCEL_BIAS,
     ATTITUDE,
+    POSITION,
     VELOCITY,
     ImuBlock,
     Innovation,
@@ -99,7 +100,6 @@ class AirEkf(LagEkf):
         """See LagEkf."""
         rows, residual, noise = super().gps(block, measured, variances)
         if block is not VELOCITY:
-            self._anchor(rows[:2], residual[:2], noise[:2])
             return rows, residual, noise
         rows[:, VELOCITY_ERROR] = np.eye(3)
         error = self.velocity_error
@@ -121,6 +121,8 @@ class AirEkf(LagEkf):
     def update(self, h: Array, residual: Array, r: Array) -> Innovation:
         """See Ekf; after each GPS velocity the drag since the last one is used, too."""
         velocity = self._block is VELOCITY
+        if self._block is POSITION:
+            self._anchor(h[:2], residual[:2], r[:2])
         found = super().update(h, residual, r)
         if velocity:
             self._since_velocity_s = 0.0
