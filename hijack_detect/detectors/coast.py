@@ -53,6 +53,11 @@ LATE_S = 0.33
 """A lag beyond this is named: recorded receivers have 0.02 to 0.28 s, and from 0.38 s on the filter
 cannot follow, and takes manoeuvres for accelerations."""
 LOWEST_SCALE, HIGHEST_SCALE = 0.3, 3.0
+RISE_PER_S = 0.02
+"""Largest relative rise of the scale once it is known. On a healthy recorded flight it rose by
+0.016 a second for 20 s when the vehicle began to manoeuvre; held to 0.005 that flight was an alarm.
+Without a bound, noise that a jammed receiver shows for 40 s doubles it, and the carry-off that
+follows is lost in it (docs/detection-limits.md)."""
 VISIBLE_GAIN = 1.2
 """`smallest_visible` is this times the offset whose mean score reaches the limit. Noise takes a
 whole run below the limit more often than above, and an offset older than the bank is taken up by
@@ -90,6 +95,7 @@ class CoastDetector:
             memory_s=90.0,
             prior_s=5.0,
             clip=3.5,
+            rise_per_s=RISE_PER_S,
         )
         self._filter: AirEkf | None = None
         self._bridged = 0

@@ -84,25 +84,17 @@ class DateDetector:
         self._lowest_up = math.cos(math.radians(p.max_tilt_deg))
         self._tumbled_ns: int | None = None
         self._violent_ns: int | None = None
-        self._noise = NoiseScale(
-            0.01,
-            10.0,
-            delay_s=8.0,
-            memory_s=60.0,
-            prior_s=10.0,
-            clip=3.5,
-            prior=USUAL_NOISE,
-            rise_per_s=math.inf,
-        )
-        self._recent = NoiseScale(
-            0.01,
-            10.0,
-            delay_s=2.0 * p.window_s,
-            memory_s=RECENT_S,
-            prior_s=10.0,
-            clip=3.5,
-            prior=USUAL_NOISE,
-            rise_per_s=math.inf,
+        self._noises = tuple(
+            NoiseScale(
+                0.01,
+                10.0,
+                delay_s=delay_s,
+                memory_s=memory_s,
+                prior_s=10.0,
+                clip=3.5,
+                prior=USUAL_NOISE,
+            )
+            for delay_s, memory_s in ((8.0, 60.0), (2.0 * p.window_s, RECENT_S))
         )
         self._judged_s = 0.0
         """Time whose differences have been seen."""
@@ -150,9 +142,7 @@ class DateDetector:
         if motion is None or (previous is not None and previous.stamp_ns == motion.stamp_ns):
             return None
         self._watch.see("GPS velocity", motion.stamp_ns)
-        difference = None
-        if previous is not None and previous.from_fixes is motion.from_fixes:
-            difference = self._difference(previous, motion)
+        difference = None if previous is None else self._difference(previous, motion)
         if previous is None or difference is None:
             self._window.clear()
         else:
@@ -162,6 +152,8 @@ class DateDetector:
 
     def _difference(self, before: _Motion, after: _Motion) -> Array | None:
         """Rᵀ(a_gps − g) − f over one interval, FLU, shape (3,); None where it is unknown."""
+        if before.from_fixes is not after.from_fixes:
+            return None
         dt = (after.valid_ns - before.valid_ns) / NANOSECONDS
         samples = self._attitudes.take(before.valid_ns, after.valid_ns)
         orientations = [s.orientation for s in samples if s.orientation is not None]
@@ -186,7 +178,7 @@ class DateDetector:
         p = self._parameters
         if p.noise_gain == 0.0:
             return p.threshold
-        return max(p.least_limit, p.noise_gain * max(self._noise.value, self._recent.value))
+        return max(p.least_limit, p.noise_gain * max(one.value for one in self._noises))
 
     def _unable(self, stamp_ns: int) -> tuple[State, str] | None:
         """State and reason if nothing can be said."""
@@ -232,7 +224,7 @@ class DateDetector:
         settling = self._judged_s < p.settle_s
         if settling:
             self._judged_s += self._interval_ns / NANOSECONDS
-        for noise in (self._noise, self._recent):
+        for noise in self._noises:
             if score > limit and not settling:
                 noise.hold()
             else:

@@ -14,11 +14,6 @@ MAX_STEP_S = 1.0
 """A gap between two samples counts as this at most."""
 
 
-RISE_PER_S = 0.02
-"""Largest relative rise of the scale once it is known. On a healthy recorded flight it rose by
-0.016 a second for 20 s when the vehicle began to manoeuvre; held to 0.005 that flight was an alarm.
-Without a bound, noise that a jammed receiver shows for 40 s doubles it, and the carry-off that
-follows is lost in it (docs/detection-limits.md)."""
 KNOWN_S = 30.0
 """Time of values from which on the scale is known."""
 
@@ -42,7 +37,7 @@ class NoiseScale:
         prior_s: float,
         clip: float,
         prior: float = PRIOR,
-        rise_per_s: float = RISE_PER_S,
+        rise_per_s: float = math.inf,
     ) -> None:
         """Start with the prior.
 

@@ -60,7 +60,6 @@ class VelocityError:
             memory_s=noise.memory_s,
             prior_s=PRIOR_S,
             clip=CLIP,
-            rise_per_s=math.inf,
         )
         self._time_s = 0.0
         self.value: Array = np.zeros(3)

@@ -15,7 +15,14 @@ SQUARES = st.lists(st.floats(0.0, 1e12), max_size=50)
 
 
 def scale(**changed: float) -> NoiseScale:
-    given_ = {"delay_s": 5.0, "memory_s": 1e9, "prior_s": 10.0, "clip": 3.0, **changed}
+    given_ = {
+        "delay_s": 5.0,
+        "memory_s": 1e9,
+        "prior_s": 10.0,
+        "clip": 3.0,
+        "rise_per_s": 0.02,
+        **changed,
+    }
     return NoiseScale(LOW, HIGH, **given_)
 
 
