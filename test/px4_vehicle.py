@@ -154,6 +154,13 @@ def said(told: Listener, space: str, topic: str) -> tuple[str, dict[str, str]]:
     return (found[-1].message, values_of(found[-1])) if found else ("", {})
 
 
+def subscribers(told: Listener, space: str) -> dict[str, int]:
+    """How many subscribers a bridge has found for each of its outputs, by topic."""
+    name = f"{space}/px4_bridge: outputs"
+    found = [one for array in told.messages for one in array.status if one.name == name]
+    return {topic: int(count) for topic, count in values_of(found[-1]).items()} if found else {}
+
+
 class Vehicle:
     """The publishers of one PX4: best effort and volatile, as its client makes them."""
 

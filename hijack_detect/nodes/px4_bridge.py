@@ -116,9 +116,23 @@ class Px4Bridge(Node):
             needed = feed.topic.name in NEEDED and publishers == 0
             bad = DiagnosticStatus.ERROR if needed else DiagnosticStatus.WARN
             self._diagnostics.tell(full, DiagnosticStatus.OK if well else bad, text, values)
+        self._report_outputs()
         well, text, values = self._px4_clock.report()
         level = DiagnosticStatus.OK if well else DiagnosticStatus.WARN
         self._diagnostics.tell("clock", level, text, values)
+
+    def _report_outputs(self) -> None:
+        """Report how many subscribers each output has: without any, the monitor is deaf."""
+        counts = {
+            self.resolve_topic_name(OWN_TOPICS[name]): output.get_subscription_count()
+            for name, output in self._outputs.items()
+        }
+        needed = [self.resolve_topic_name(OWN_TOPICS[name]) for name in NEEDED]
+        unused = ", ".join(topic for topic in needed if not counts[topic])
+        level = DiagnosticStatus.WARN if unused else DiagnosticStatus.OK
+        text = f"nobody subscribes to {unused}: does the monitor run in this namespace?"
+        values = {topic: str(count) for topic, count in counts.items()}
+        self._diagnostics.tell("outputs", level, text if unused else "subscribed", values)
 
     def _topics_of(self, feed: Feed) -> list[str]:
         return [topic for topic, of in self._heard.items() if of is feed]

@@ -121,6 +121,8 @@ def test_values_versions_and_bad_messages(graph: Graph) -> None:
         bridge.node.output
     )
     assert "nobody publishes it" in bridge.until_said("vehicle_air_data", publishers="0")
+    served = px4_vehicle.subscribers(bridge.told, "")
+    assert set(served.values()) == {1} and "/gps/fix" in served, "this test alone subscribes"
     second = Vehicle(graph, versions={"mag": "", "pressure": ""})
     graph.spin_until(lambda: second.heard(bridge.told), "its subscriptions")
     mag = px4_vehicle.kind("mag")(timestamp=UTC_US + 3000, timestamp_sample=UTC_US)

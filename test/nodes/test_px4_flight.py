@@ -71,10 +71,19 @@ class Ride:
         }
 
     def ready(self, graph: Graph, told: Listener) -> bool:
-        """Whether all know each other."""
+        """Whether the bridge knows this PX4 and the monitor, and the monitor and this test meet.
+
+        Endpoints of a participant are discovered in the order in which they were made: a monitor
+        whose /diagnostics reach this test knows what it subscribed before, and is known by it.
+        """
+        served = px4_vehicle.subscribers(told, self.space)
         inputs = [f"{self.space}/{topic}" for _, topic in OUTPUTS.values()]
-        known = all(map(graph.node.count_subscribers, inputs))
-        return known and self.vehicle.heard(told, self.space)
+        names = {one.name.partition(":")[0] for array in told.messages for one in array.status}
+        return (
+            self.vehicle.heard(told, self.space)
+            and f"{self.space}/fusion" in names
+            and all(served.get(one, 0) >= graph.node.count_subscribers(one) for one in inputs)
+        )
 
     def counts(self, told: Listener, what: str) -> list[int]:
         """What the bridge has counted of each topic."""
