@@ -21,6 +21,7 @@ from hijack_detect.estimation.attitude_filter import AttitudeFilter
 from hijack_detect.estimation.attitude_parameters import AttitudeParameters
 from hijack_detect.estimation.drag_noise import DragNoise
 from hijack_detect.estimation.ekf import Ekf, ProcessNoise
+from hijack_detect.estimation.gps_lag import LATE, late, late_words
 from hijack_detect.estimation.lag_ekf import ModelErrors, Propagated
 from hijack_detect.estimation.noise_scale import NoiseScale
 from hijack_detect.estimation.rotation import Array
@@ -49,9 +50,6 @@ LAG_JITTER_S = 0.05
 RATE_SCALE = 0.01
 """Gyroscope noise density grows with angular velocity times this, 1/√Hz: between none, of most
 recorded IMUs, and 0.02, of those that are sampled at 25 Hz."""
-LATE_S = 0.33
-"""A lag beyond this is named: recorded receivers have 0.02 to 0.28 s, and from 0.38 s on the filter
-cannot follow, and takes manoeuvres for accelerations."""
 LOWEST_SCALE, HIGHEST_SCALE = 0.3, 3.0
 RISE_PER_S = 0.02
 """Largest relative rise of the scale once it is known. On a healthy recorded flight it rose by
@@ -285,18 +283,21 @@ class CoastDetector:
         acceleration, age_s = still.acceleration[found.best], float(still.age_s[found.best])
         smallest = VISIBLE_GAIN * limit * found.deviation
         values = self._values(acceleration, age_s, smallest)
+        words = late_words(values)
+        beside = f"; {LATE}: {words}" if words else ""
         if score > limit:
             self._scale.hold()
         else:
             self._learn(stamp_ns, free)
         if scale > p.max_noise_scale:
             self._persistence.reset()
-            reason = f"IMU and GPS disagree {scale:.1f} times more than they should"
+            reason = f"IMU and GPS disagree {scale:.1f} times more than they should{beside}"
             return Verdict(self.NAME, stamp_ns, State.NOT_OBSERVABLE, 0.0, limit, reason, values)
         if smallest > p.max_visible:
             self._persistence.reset()
             reason = (
                 f"could only see {smallest:.1f} m/s²: tilt or heading are not known well enough"
+                f"{beside}"
             )
             return Verdict(self.NAME, stamp_ns, State.NOT_OBSERVABLE, 0.0, limit, reason, values)
         state = self._persistence.state(stamp_ns, score > limit)
@@ -309,14 +310,12 @@ class CoastDetector:
             reason = f"The GPS accelerates by {size:.2f} m/s² that the IMU does not feel"
         reason += f", since {age_s:.1f} s: {score:.1f} σ (limit {limit:.1f}); "
         reason += f"could see {smallest:.2f} m/s²"
-        lag_s = max(values["position_lag"], values["velocity_lag"])
-        if lag_s > LATE_S:
-            reason += f"; the GPS lags by {lag_s:.2f} s"
+        reason += beside
         return Verdict(self.NAME, stamp_ns, state, score, limit, reason, values)
 
     def _values(self, acceleration: Array, age_s: float, smallest: float) -> dict[str, float]:
         assert self._filter is not None
-        position_lag, velocity_lag = self._filter.lags.tolist()
+        position_lag, velocity_lag = (self._filter.lags + self._parameters.gps_lag_s).tolist()
         east, north = acceleration.tolist()
         return {
             "acceleration": math.hypot(east, north),
@@ -325,8 +324,9 @@ class CoastDetector:
             "smallest_visible": smallest,
             "noise_scale": self._scale.value,
             "receiver_noise": self._filter.velocity_error.scale,
-            "position_lag": self._parameters.gps_lag_s + position_lag,
-            "velocity_lag": self._parameters.gps_lag_s + velocity_lag,
+            "position_lag": position_lag,
+            "velocity_lag": velocity_lag,
+            **late(position_lag, velocity_lag),
         }
 
 

@@ -11,6 +11,7 @@ from hijack_detect.detectors.fusion_decisions import decision
 from hijack_detect.detectors.fusion_parameters import FusionParameters
 from hijack_detect.detectors.likelihood import ADVISORY, CARRY_OFF
 from hijack_detect.detectors.verdict import JUDGED, State, Verdict
+from hijack_detect.estimation.gps_lag import LATE, late_words
 from hijack_detect.estimation.receiver_health import POOR, poor_words
 from hijack_detect.streams.samples import NANOSECONDS
 
@@ -181,14 +182,17 @@ class Fusion:
         return self._result(verdict.stamp_ns)
 
     def _doubted(self, causes: str, stamp_ns: int) -> str:
-        """Causes, with what speaks for a fault instead of an attack: a poor receiver."""
+        """Causes, with what speaks for a fault instead of an attack: a poor or late receiver."""
         said = [self._seen(name, stamp_ns) for name in self.inputs]
-        words = [poor_words(one.values) for one in said if one is not None]
-        poor = next(filter(None, words), "")
-        if not poor:
+        values = [one.values for one in said if one is not None]
+        doubts = {
+            what: next(filter(None, map(words, values)), "")
+            for what, words in ((POOR, poor_words), (LATE, late_words))
+        }
+        if not any(doubts.values()):
             return causes
-        named = "" if POOR in causes else f"; {POOR} ({poor})"
-        return f"{causes}{named}: this can be a fault of the receiver"
+        named = (f"; {what} ({why})" for what, why in doubts.items() if why and what not in causes)
+        return f"{causes}{''.join(named)}: this can be a fault of the receiver"
 
     def _judge(self, stamp_ns: int) -> None:
         """Set confidence, and whether it is high enough for a warning."""

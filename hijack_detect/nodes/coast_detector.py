@@ -5,7 +5,8 @@ Subscribes flight_phase, imu/data_raw, gps/fix, gps/vel (ENU) and mag; the last 
 Publishes coast/verdict (DiagnosticArray), coast/hijacked (Bool), coast/margin (score over
 threshold, Float64), and as Float64 coast/score and coast/threshold (standard deviations),
 coast/acceleration (m/s^2), coast/direction (rad, counter-clockwise from East) and
-coast/smallest_visible (m/s^2: what it could see now).
+coast/smallest_visible (m/s^2: what it could see now). /diagnostics warn once a second of a GPS that
+lags by more than receivers do.
 """
 
 from __future__ import annotations
@@ -15,10 +16,22 @@ from sensor_msgs.msg import Imu, MagneticField, NavSatFix
 
 from hijack_detect.detectors.coast import CoastDetector
 from hijack_detect.detectors.coast_parameters import CoastParameters
+from hijack_detect.detectors.verdict import Verdict
+from hijack_detect.estimation.gps_lag import LATE, LATE_FIGURES, late_words
 from hijack_detect.nodes.detector_node import DetectorNode
 from hijack_detect.nodes.qos import SENSOR
+from hijack_detect.nodes.receiver_report import ReceiverReport, Subject
 from hijack_detect.nodes.running import run
 from hijack_detect.nodes.wiring import Topics, Wiring, phase_input, sensor_input
+
+LATENCY = Subject(
+    "latency of the GPS",
+    LATE_FIGURES,
+    lambda values: f"{LATE}: {words}" if (words := late_words(values)) else "",
+    good="no later than receivers are",
+    over="the GPS is no later than receivers are again",
+    digits=2,
+)
 
 
 class CoastDetectorNode(DetectorNode[CoastParameters]):
@@ -37,6 +50,12 @@ class CoastDetectorNode(DetectorNode[CoastParameters]):
         super().__init__(
             CoastDetector.NAME, CoastParameters, CoastDetector, inputs, wiring, figures
         )
+        self._latency = ReceiverReport(self.diagnostics, self.log, LATENCY)
+
+    def publish_output(self, output: Verdict) -> None:
+        """Publish a verdict, and whether the GPS is late; see DetectorNode."""
+        super().publish_output(output)
+        self._latency.add(output)
 
 
 def main() -> None:

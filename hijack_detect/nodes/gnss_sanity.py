@@ -15,7 +15,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import TwistStamped
 from rclpy.executors import SingleThreadedExecutor
 from sensor_msgs.msg import NavSatFix
@@ -29,15 +28,28 @@ from hijack_detect.estimation.receiver_health import POOR, POOR_FIGURES, poor_wo
 from hijack_detect.nodes.detector_node import DetectorNode
 from hijack_detect.nodes.publishers import PublisherWatch
 from hijack_detect.nodes.qos import SENSOR
+from hijack_detect.nodes.receiver_report import ReceiverReport, Subject
 from hijack_detect.nodes.running import run
 from hijack_detect.nodes.wiring import Input, Topics, Wiring, phase_input, sensor_input
 from hijack_detect.streams.headerless import SatelliteStamps
 from hijack_detect.streams.messages import satellite_count
-from hijack_detect.streams.samples import NANOSECONDS
 
 FIX = "gps/fix"
-RECEIVER, CLOCK = "receiver", "clock of the stamps"
-"""What the diagnostics are about."""
+RECEIVER = Subject(
+    "receiver",
+    POOR_FIGURES,
+    lambda values: f"{POOR}: {words}" if (words := poor_words(values)) else "",
+    good="nothing to object by its own word",
+    over="the receiver is good again by its own word",
+)
+CLOCK = Subject(
+    "clock of the stamps",
+    frozenset({CLOCK_RATE}),
+    lambda values: clock_words(values[CLOCK_RATE]) if CLOCK_RATE in values else "",
+    good="no other rate than the GPS's seen",
+    over="the clock of the stamps runs as the GPS's again",
+    digits=4,
+)
 FIGURES = ("jump", "freeze", "velocity_mismatch", "velocity_mismatch_limit")
 
 
@@ -68,40 +80,15 @@ class GnssSanityNode(DetectorNode[GnssSanityParameters]):
             node_name="gnss_sanity",
         )
         self._watch = PublisherWatch(self, self.diagnostics, (FIX,))
-        self._poor, self._diagnosed_s = "", 0
+        self._reports = [
+            ReceiverReport(self.diagnostics, self.log, subject) for subject in (RECEIVER, CLOCK)
+        ]
 
     def publish_output(self, output: Verdict) -> None:
-        """Publish a verdict, and what the receiver says of itself: once a second, and if it ends.
-
-        See DetectorNode.
-        """
+        """Publish a verdict, and what the receiver says of itself; see DetectorNode."""
         super().publish_output(output)
-        poor = poor_words(output.values)
-        news, self._poor = bool(poor) is not bool(self._poor), poor
-        second = output.stamp_ns // NANOSECONDS
-        if news or second != self._diagnosed_s:
-            self._diagnosed_s = second
-            level = DiagnosticStatus.WARN if poor else DiagnosticStatus.OK
-            text = f"{POOR}: {poor}" if poor else "nothing to object by its own word"
-            figures = {
-                name: f"{output.values[name]:.1f}"
-                for name in sorted(POOR_FIGURES & {*output.values})
-            }
-            self.diagnostics.tell(RECEIVER, level, text, figures)
-            self._report_clock(output.values.get(CLOCK_RATE))
-        if news:
-            self.log.info(
-                f"{POOR}: {poor}" if poor else "the receiver is good again by its own word"
-            )
-
-    def _report_clock(self, rate: float | None) -> None:
-        if rate is None:
-            self.diagnostics.tell(
-                CLOCK, DiagnosticStatus.OK, "no other rate than the GPS's seen", {}
-            )
-        else:
-            values = {CLOCK_RATE: f"{rate:.4f}"}
-            self.diagnostics.tell(CLOCK, DiagnosticStatus.WARN, clock_words(rate), values)
+        for report in self._reports:
+            report.add(output)
 
     def samples(self, name: str, converted: Any, published_ns: int) -> list[tuple[str, Any]]:
         """See StageNode; a count follows once the fix after it is there."""

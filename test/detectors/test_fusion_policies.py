@@ -56,17 +56,25 @@ def test_any_alerts_on_a_single_alarm(name: str) -> None:
     assert f"{name} says so" in result.reason
 
 
-def test_an_alert_beside_a_poor_receiver_says_that_it_can_be_a_fault() -> None:
-    figures = {"poor_no_fix": 7.0}
-    for gnss, words in (
-        (verdict("gnss", 0, State.NORMAL), ""),
-        (replace(verdict("gnss", 0, State.NORMAL), values=figures), "(no fix for 7 s of a minute)"),
-    ):
-        one = Fusion(FusionParameters(policy="any"), (*NAMES, "gnss"))
-        cause = feed(one, gnss, verdict("date", 1, State.ALARM))[-1].cause
-        assert cause.startswith("date says so [date, 1.5 × its limit]")
-        assert words in cause
-        assert cause.endswith("can be a fault of the receiver") is bool(words)
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({}, ""),
+        (
+            {"poor_no_fix": 7.0},
+            "; the receiver is poor by its own word (no fix for 7 s of a minute)",
+        ),
+        ({"late_gps": 0.38}, "; the GPS is late (lags by 0.38 s or more)"),
+    ],
+)
+def test_an_alert_beside_a_poor_or_late_receiver_says_that_it_can_be_a_fault(
+    values: dict[str, float], words: str
+) -> None:
+    one = Fusion(FusionParameters(policy="any"), (*NAMES, "gnss"))
+    beside = replace(verdict("gnss", 0, State.NORMAL), values=values)
+    doubt = f"{words}: this can be a fault of the receiver" if words else ""
+    result = feed(one, beside, verdict("date", 1, State.ALARM))[-1]
+    assert result.cause == f"date says so [date, 1.5 × its limit]{doubt}"
 
 
 @pytest.mark.parametrize("state", [one for one in State if one is not State.ALARM])

@@ -7,7 +7,7 @@ import re
 import sys
 from array import array
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,6 +18,7 @@ from hijack_detect.detectors.fusion_parameters import FusionParameters
 from hijack_detect.detectors.gnss_sanity import CLOCK_RATE, GnssSanityDetector
 from hijack_detect.detectors.likelihood import CARRY_OFF, SOFT
 from hijack_detect.detectors.verdict import JUDGED, RAISED, Verdict
+from hijack_detect.estimation.gps_lag import LATE_FIGURES, late_words
 from hijack_detect.estimation.receiver_health import POOR_FIGURES, SATELLITES, poor_words
 from hijack_detect.evaluation.analysis.alarms import AlertSpan, AlertSpans, Span, StateSpans
 from hijack_detect.evaluation.analysis.inputs import Inputs
@@ -74,28 +75,36 @@ class TakenBack:
         return result
 
 
-class PoorReceiver:
-    """How long the receiver was poor by its own word, and its worst figures meanwhile.
+class Complaint:
+    """How long verdicts had figures beyond their limits, and the worst of them meanwhile.
 
     Attributes:
-        lasted_ns: Nanoseconds for which it was.
+        lasted_ns: Nanoseconds for which they had.
     """
 
-    def __init__(self, stale_ns: int) -> None:
-        """Start with a good one, whose word holds for `stale_ns` at most."""
-        self._stale_ns = stale_ns
+    def __init__(
+        self, figures: frozenset[str], words: Callable[[Mapping[str, float]], str], stale_ns: int
+    ) -> None:
+        """Start without a verdict.
+
+        Args:
+            figures: Names of the values, of which a verdict has those beyond their limits.
+            words: Says them.
+            stale_ns: For how long a verdict holds at most, nanoseconds.
+        """
+        self._figures, self._words, self._stale_ns = figures, words, stale_ns
         self._since_ns: int | None = None
         self._worst: dict[str, float] = {}
         self.lasted_ns = 0
 
     def add(self, verdict: Verdict) -> None:
-        """Take the next verdict of `gnss`."""
+        """Take the next verdict of the detector that has them."""
         self.finish(verdict.stamp_ns)
-        poor = {name: verdict.values[name] for name in POOR_FIGURES & verdict.values.keys()}
-        for name, value in poor.items():
+        found = {name: verdict.values[name] for name in self._figures & verdict.values.keys()}
+        for name, value in found.items():
             worse = min if name == SATELLITES else max
             self._worst[name] = worse(value, self._worst.get(name, value))
-        self._since_ns = verdict.stamp_ns if poor else None
+        self._since_ns = verdict.stamp_ns if found else None
 
     def finish(self, end_ns: int) -> None:
         """Count until a stamp."""
@@ -105,8 +114,8 @@ class PoorReceiver:
 
     @property
     def words(self) -> str:
-        """The worst figures, empty if it was never poor."""
-        return poor_words(self._worst)
+        """The worst figures, empty if there were none."""
+        return self._words(self._worst)
 
 
 @dataclass(frozen=True)
@@ -155,7 +164,8 @@ class Account:
         imu_faults: First words and nanoseconds of each fault of the IMU, by its words without
             figures.
         clock_rate: True seconds in one of the stamps' clock, None unless it is known to be wrong.
-        receiver: Until when the receiver was poor by its own word, and how much so.
+        poor: For how long the receiver was poor by its own word, and how much so.
+        late: The same of a GPS that is late.
     """
 
     def __init__(
@@ -187,7 +197,8 @@ class Account:
         self.newest_ns = 0
         self.phases: dict[tuple[str, str], int] = defaultdict(int)
         self.imu_faults: dict[str, tuple[str, int]] = {}
-        self.receiver = PoorReceiver(self._stale_ns)
+        self.poor = Complaint(POOR_FIGURES, poor_words, self._stale_ns)
+        self.late = Complaint(LATE_FIGURES, late_words, self._stale_ns)
         self.clock_rate: float | None = None
 
     def take(self, sample: Sample) -> None:
@@ -211,12 +222,13 @@ class Account:
         elif part in self._spans:
             self._spans[part].add(output)
             if part == GnssSanityDetector.NAME:
-                self.receiver.add(output)
+                self.poor.add(output)
                 self.clock_rate = output.values.get(CLOCK_RATE, self.clock_rate)
             peak = self.peaks.get(part)
             if output.state in JUDGED and (peak is None or output.margin > peak.margin):
                 self.peaks[part] = output
             if part == CoastDetector.NAME:
+                self.late.add(output)
                 told = output.state in JUDGED and VISIBLE in output.values
                 self._visible_ns.append(output.stamp_ns)
                 self._visible.append(output.values[VISIBLE] if told else float("inf"))
@@ -248,7 +260,8 @@ class Account:
         """
         self._close_phase(end_ns)
         self._phase = None
-        self.receiver.finish(end_ns)
+        self.poor.finish(end_ns)
+        self.late.finish(end_ns)
         spans = {name: one.finish(end_ns) for name, one in self._spans.items()}
         told = {
             name: Times((one.start_ns, one.end_ns) for one in own if one.state in JUDGED)

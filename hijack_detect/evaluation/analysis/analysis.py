@@ -145,6 +145,8 @@ class Analysis(_Model):
     """Seconds in the air in which an alert was possible, until the first alert."""
     receiver_poor_s: float = Field(default=0.0, ge=0.0)
     """Seconds for which the receiver was poor by its own word; a note says in what."""
+    gps_late_s: float = Field(default=0.0, ge=0.0)
+    """Seconds for which the GPS lagged by more than receivers do; a note says by how much."""
     visible: Visible | None
     """What a clean verdict is worth, see docs/analyze-a-log.md; null if `coast` could not tell."""
     visible_steps: tuple[Visible, ...]

@@ -13,8 +13,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from hijack_detect.detectors.likelihood import CARRY_OFF
 from hijack_detect.detectors.verdict import JUDGED
 from hijack_detect.estimation.clock_rate import clock_words
+from hijack_detect.estimation.gps_lag import LATE
 from hijack_detect.estimation.receiver_health import POOR
-from hijack_detect.evaluation.analysis.account import Account, Watched
+from hijack_detect.evaluation.analysis.account import Account, Complaint, Watched
 from hijack_detect.evaluation.analysis.alarms import UNSAID, Span
 from hijack_detect.evaluation.analysis.analysis import Visible
 from hijack_detect.evaluation.analysis.times import Times
@@ -28,7 +29,7 @@ was blindest would make the claimed size large and the claimed time hardly longe
 LEAST = 0.005
 """Share of the time in the air below which it is 0 %: then nothing was judged."""
 LEAST_POOR_S = 5.0
-"""Seconds for which a receiver has to be poor to be named."""
+"""Seconds for which a receiver has to be poor or late to be named."""
 FAULTY = 0.1
 """Share of the flight for which an IMU has to be faulty to be named."""
 UNCORRECTED = "the flight has no time of the receiver to correct it, so the IMU fits the GPS less"
@@ -110,19 +111,19 @@ def sensor_notes(account: Account, duration_s: float) -> Iterator[str]:
     yield from account.inputs.notes(duration_s)
     if account.clock_rate is not None:
         yield f"{clock_words(account.clock_rate).capitalize()}: {UNCORRECTED}."
-    if poor := poor_receiver(account):
-        lasted_s = account.receiver.lasted_ns / NANOSECONDS
-        share = min(100.0 * lasted_s / duration_s, 100.0) if duration_s > 0.0 else 100.0
-        yield f"{POOR.capitalize()} for {lasted_s:.0f} s ({share:.0f} %): {poor}."
+    for what, complaint in ((POOR, account.poor), (LATE, account.late)):
+        if words := lasting(complaint):
+            lasted_s = complaint.lasted_ns / NANOSECONDS
+            share = min(100.0 * lasted_s / duration_s, 100.0) if duration_s > 0.0 else 100.0
+            yield f"{what[0].upper()}{what[1:]} for {lasted_s:.0f} s ({share:.0f} %): {words}."
     for words, lasted_ns in account.imu_faults.values():
         if lasted_ns / NANOSECONDS > FAULTY * duration_s:
             yield f"The IMU could not be used for {lasted_ns / NANOSECONDS:.0f} s: {_of_it(words)}."
 
 
-def poor_receiver(account: Account) -> str:
-    """In what the receiver was poor by its own word, empty if it was for a few seconds at most."""
-    lasted_s = account.receiver.lasted_ns / NANOSECONDS
-    return account.receiver.words if lasted_s >= LEAST_POOR_S else ""
+def lasting(complaint: Complaint) -> str:
+    """In what the receiver was poor or late, empty if it was for a few seconds at most."""
+    return complaint.words if complaint.lasted_ns >= LEAST_POOR_S * NANOSECONDS else ""
 
 
 def clock_notes(found: Sequence[str]) -> Iterator[str]:

@@ -11,7 +11,7 @@ from hijack_detect.evaluation.analysis.account import Account
 from hijack_detect.evaluation.analysis.alarms import AlertSpan
 from hijack_detect.evaluation.analysis.analysis import Visible
 from hijack_detect.evaluation.analysis.times import Times
-from hijack_detect.evaluation.analysis.worth import not_judged, poor_receiver, visible
+from hijack_detect.evaluation.analysis.worth import lasting, not_judged, visible
 from hijack_detect.evaluation.scores.model import Model
 
 LEVEL = 0.95
@@ -61,6 +61,7 @@ class FlightWatch(Model):
             could.
         visible: The pull that would have been seen, see `worth.visible`.
         poor_receiver: In what the receiver was poor by its own word, empty if it was good.
+        late_gps: By how much the GPS lagged at least, empty if it was no later than receivers are.
     """
 
     counted: bool
@@ -74,6 +75,7 @@ class FlightWatch(Model):
     not_judged: str | None
     visible: Visible | None
     poor_receiver: str = ""
+    late_gps: str = ""
 
 
 def watch(
@@ -117,7 +119,8 @@ def watch(
         alarms=told(alarms),
         not_judged=not_judged(account, watched, spans),
         visible=visible(watched),
-        poor_receiver=poor_receiver(account),
+        poor_receiver=lasting(account.poor),
+        late_gps=lasting(account.late),
     )
 
 

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -186,6 +187,21 @@ def test_a_poor_receiver_is_noted_with_its_worst_figures() -> None:
     good = account([poor(at_s, {}) for at_s in range(50)])
     good.finish(50 * SECOND)
     assert not [*sensor_notes(good, 50.0)]
+
+
+def test_a_late_gps_is_noted_with_its_largest_lag_if_it_lasts() -> None:
+    def lagging(at_s: float, lag_s: float) -> Verdict:
+        return replace(verdict(at_s, State.NORMAL), values={"late_gps": lag_s} if lag_s else {})
+
+    lags = [0.0] * 10 + [0.35] * 8 + [0.38] * 2 + [0.0] * 30
+    found = account(lagging(at_s, lag_s) for at_s, lag_s in enumerate(lags))
+    found.finish(50 * SECOND)
+    assert found.late.lasted_ns == 10 * SECOND
+    said = "The GPS is late for 10 s (20 %): lags by 0.38 s or more."
+    assert [*sensor_notes(found, 50.0)] == [said]
+    soon = account(lagging(at_s, 0.35 if at_s < 4 else 0.0) for at_s in range(50))
+    soon.finish(50 * SECOND)
+    assert not [*sensor_notes(soon, 50.0)]
 
 
 def test_a_slow_imu_is_named_by_its_rate_and_not_by_what_follows_from_it() -> None:
