@@ -96,7 +96,8 @@ def analyse(
     attack, source = known_attack(reader, scenario)
     truth = truth_track(reader) if scenario is None else None
     flight, monitor = FlightNotes(reader.start_ns), Monitor(parameters, further)
-    clock = LogClock(adopt_first=attack is None)
+    clock = LogClock()
+    clock.adopt_first = attack is None
     account = Account(monitor.detectors, parameters.fusion, reader.start_ns, clock)
 
     def take(sample: Sample) -> None:

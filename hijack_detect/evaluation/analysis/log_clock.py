@@ -22,16 +22,17 @@ class LogClock:
     The IMU's clock is that of all decisions (`ReceiverClock`). Where it steps by more than
     `APART_NS` away from the time of the log, and goes on from there, a new offset begins; without
     such a step nothing is changed. A recorder that stalls makes no step: the stamps go on evenly.
+
+    Attributes:
+        adopt_first: Take off the offset that the first stamp has, as of a clock that counts from
+            the start of the autopilot. Not where something else is known by such stamps; to be set
+            before the first sample.
     """
 
-    def __init__(self, *, adopt_first: bool = True) -> None:
-        """Start without an offset.
-
-        Args:
-            adopt_first: Take off the offset that the first stamp has, as of a clock that counts
-                from the start of the autopilot. Not where something else is known by such stamps.
-        """
-        self._stepped = adopt_first
+    def __init__(self) -> None:
+        """Start without an offset."""
+        self.adopt_first = True
+        self._stepped = False
         """Whether the clock may have another offset since the last stamp that had the known one."""
         self._offsets: deque[int] = deque([0], maxlen=KEPT)
         self._last: tuple[int, int] | None = None
@@ -45,6 +46,8 @@ class LogClock:
             return
         off_ns = sample.stamp_ns - log_ns
         last, self._last = self._last, (sample.stamp_ns, off_ns)
+        if last is None:
+            self._stepped = self.adopt_first
         if abs(off_ns - self._offsets[-1]) <= APART_NS:
             self._stepped = False
         elif last is not None:

@@ -9,6 +9,7 @@ from functools import partial
 
 from hijack_detect import __version__
 from hijack_detect.evaluation.analysis.account import Account
+from hijack_detect.evaluation.analysis.log_clock import LogClock
 from hijack_detect.evaluation.monitor.graph import DETECTORS, MonitorParameters
 from hijack_detect.evaluation.scores.forged import ForgedData
 from hijack_detect.evaluation.scores.forging_time import ForgingTime, forging_times
@@ -74,14 +75,17 @@ def run_case(parameters: MonitorParameters, case: Case, *, forging: bool = False
     """
     data = ForgedData()
     baselines = {**BASELINES, **FAITHFUL_KLD} if forging else BASELINES
-    account = Account((*DETECTORS, *baselines), parameters.fusion, 0)
+    clock = LogClock()
+    account = Account((*DETECTORS, *baselines), parameters.fusion, 0, clock)
 
     def take(sample: Sample) -> None:
         account.take(sample)
         if forging:
             data.add(sample)
 
-    done = case.run(parameters, baselines=baselines, on_sample=take, on_output=account.hear)
+    done = case.run(
+        parameters, baselines=baselines, on_sample=take, on_output=account.hear, clock=clock
+    )
     attack, start_ns = done.attack, done.run.start_ns
     kind = class_of(case, attack)
 

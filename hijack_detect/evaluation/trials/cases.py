@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from hijack_detect.bags.reader import BagReader
+from hijack_detect.evaluation.analysis.log_clock import LogClock
 from hijack_detect.evaluation.ground_truth.outcome import Attack
 from hijack_detect.evaluation.ground_truth.truth import attack_times, known_attack, truth_track
 from hijack_detect.evaluation.monitor.graph import Baselines, Monitor, MonitorParameters
@@ -74,8 +75,17 @@ class Case(Protocol):
         baselines: Baselines | None = None,
         on_sample: OnSample | None = None,
         on_output: OnOutput | None = None,
+        clock: LogClock | None = None,
     ) -> CaseRun:
         """Run it through the monitor.
+
+        Args:
+            parameters: Parameters of every part.
+            baselines: Further detectors, see `Monitor`.
+            on_sample: Called with every sample.
+            on_output: Called with part and output of everything that any part puts out.
+            clock: Takes every sample of a log before the others do; the stamps of a simulated
+                flight are right as they are.
 
         Raises:
             ValueError: The flight cannot be read or made; the text names it.
@@ -166,17 +176,27 @@ class BagCase:
         baselines: Baselines | None = None,
         on_sample: OnSample | None = None,
         on_output: OnOutput | None = None,
+        clock: LogClock | None = None,
     ) -> CaseRun:
         """See Case."""
         with self.opened() as reader:
             attack = self.attack_on(reader)
+            if clock is not None:
+                clock.adopt_first = attack is None
+
+            def take(sample: Sample) -> None:
+                if clock is not None:
+                    clock.take(sample, reader.at_ns)
+                if on_sample is not None:
+                    on_sample(sample)
+
             run = run_offline(
                 reader,
                 parameters,
                 self.scenario,
                 truth=truth_track(reader) if self.scenario is None else None,
                 baselines=baselines,
-                on_sample=on_sample,
+                on_sample=take,
                 on_output=on_output,
             )
             return CaseRun(run, attack, reader.end_ns)
@@ -204,6 +224,7 @@ class SimulatedCase:
         baselines: Baselines | None = None,
         on_sample: OnSample | None = None,
         on_output: OnOutput | None = None,
+        clock: LogClock | None = None,
     ) -> CaseRun:
         """See Case."""
         start_ns, scenario = self.plan.start_ns, self.scenario

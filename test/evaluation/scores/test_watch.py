@@ -3,9 +3,16 @@
 
 from __future__ import annotations
 
-import pytest
+from pathlib import Path
 
+import pytest
+from small_bags import START_NS, raw, write
+
+from hijack_detect.evaluation.monitor.policies import policy_parameters
+from hijack_detect.evaluation.scores.evaluate import run_case
 from hijack_detect.evaluation.scores.watch import FlightWatch, GroupWatch, RateInterval, TimedCause
+from hijack_detect.evaluation.trials.cases import BagCase
+from hijack_detect.streams.samples import NANOSECONDS, FixSample, ImuSample, Sample
 
 
 @pytest.mark.parametrize(
@@ -46,3 +53,26 @@ def test_flights_are_summed_up_and_faults_of_unknown_time_are_left_out() -> None
     assert found.told == {"coast": 0.5}
     assert found.carry_off == 0.5
     assert GroupWatch.of([]).carry_off is None
+
+
+@pytest.mark.parametrize("set_back_s", [0, 3600])
+def test_alerts_are_within_the_log_where_its_clock_was_set_back(
+    tmp_path: Path, set_back_s: int
+) -> None:
+    """At 4 s; without an IMU from 8 s on nothing says that it stands, and it jumps at 20 s."""
+    messages = []
+    for step in range(30 * 20):
+        log_ns = START_NS + step * NANOSECONDS // 20
+        stamp_ns = log_ns - (set_back_s * NANOSECONDS if step > 80 else 0)
+        if step < 160:
+            imu: Sample = ImuSample(stamp_ns, (0.0, 0.0, 0.0), (0.0, 0.0, 9.8))
+            messages.append(raw("/imu/data_raw", imu, log_ns))
+        if step % 4 == 0:
+            fix = FixSample(stamp_ns, 48.0 + 1e-8 * step + 0.01 * (step >= 400), 11.0, 500.0)
+            messages.append(raw("/gps/fix", fix, log_ns))
+    case = BagCase(write(tmp_path / "bag", messages), "bag", "clean")
+    found = run_case(policy_parameters("default"), case).watch
+    assert found is not None
+    assert found.first is not None
+    assert found.first.at_s == pytest.approx(20.3, abs=0.3)
+    assert all(20.0 <= one.at_s <= 30.0 for one in found.alarms)
