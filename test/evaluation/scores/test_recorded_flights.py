@@ -17,6 +17,7 @@ from typing import Any
 import pytest
 from ros import ROOT
 
+from benchmarks.vehicles import FAILS_FROM_S
 from hijack_detect.evaluation.monitor.policies import policy_parameters
 from hijack_detect.evaluation.scores.evaluate import FAULT, run_case
 from hijack_detect.evaluation.scores.metrics import FlightOutcome
@@ -27,8 +28,6 @@ FLIGHTS = Path(os.environ.get("HIJACK_FLIGHTS", ROOT.parent / "shared/flights"))
 WHOLE = os.environ.get("HIJACK_CORPUS") == "all"
 FOLDERS = ("real", "bags", "sitl") if WHOLE else ("real",)
 
-FAILS_FROM_S = {"erle_quad_26nov_181.bin": 56.0, "inertialnav__f450_glitch": 110.0}
-"""Seconds from which a receiver really fails, by the notes on the flights."""
 FOUND_WITHIN_S: dict[str, float | None] = {
     "dev_020_hijack": None,  # carry-off at 0.2 m/s²
     "dev_021_hijack": None,  # 0.1 m/s²
