@@ -23,11 +23,13 @@ from pathlib import Path
 import click
 import numpy as np
 from carried_off import Samples, drift, reported, samples_of
+from documents import markdown
 
 from hijack_detect.detectors.verdict import JUDGED, State
 from hijack_detect.estimation.flight_phase import FlightPhaseEstimator, FlightPhaseParameters
 from hijack_detect.evaluation.monitor.graph import Monitor, MonitorParameters
 from hijack_detect.evaluation.monitor.offline import runs_of
+from hijack_detect.evaluation.scores.evaluation_tables import TextTable
 from hijack_detect.spoofing.spoofer import Spoofer
 from hijack_detect.streams.samples import (
     ImuSample,
@@ -165,8 +167,7 @@ def main(flights: Sequence[Path]) -> None:
         stamps = [one.stamp_ns for _, one in whole if isinstance(one, ImuSample)]
         native = 1e9 / float(np.median(np.diff(stamps)))
         click.echo(f"\n{path.name}, {native:.0f} Hz: margin, share judged, found\n")
-        click.echo("| IMU | " + " | ".join(DETECTORS) + " |")
-        click.echo("| --- " * (len(DETECTORS) + 1) + "|")
+        rows = []
         for rate in (one for one in RATES if one < 1.1 * native):
             slower = rate < 0.9 * native
             for average in (False, True) if slower else (False,):
@@ -178,7 +179,8 @@ def main(flights: Sequence[Path]) -> None:
                     for name, one in clean.items()
                 ]
                 way = "" if not slower else " averaged" if average else " picked"
-                click.echo(f"| {rate:g} Hz{way} | " + " | ".join(cells) + " |")
+                rows.append((f"{rate:g} Hz{way}", *cells))
+        click.echo(markdown(TextTable("", ("IMU", *DETECTORS), tuple(rows))))
 
 
 if __name__ == "__main__":

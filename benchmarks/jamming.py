@@ -35,6 +35,7 @@ from pathlib import Path
 import click
 import numpy as np
 from carried_off import ORDER, Samples, samples_of
+from documents import markdown
 from jammed_receiver import Carried, CarryOff, Change, Degraded, lost, untouched
 
 from hijack_detect.detectors.fusion import FusionResult
@@ -42,6 +43,7 @@ from hijack_detect.detectors.verdict import JUDGED, Verdict
 from hijack_detect.evaluation.monitor.graph import Monitor
 from hijack_detect.evaluation.monitor.offline import outputs_of
 from hijack_detect.evaluation.monitor.policies import policy_parameters
+from hijack_detect.evaluation.scores.evaluation_tables import TextTable
 from hijack_detect.evaluation.scores.metrics import Proportion
 from hijack_detect.spoofing.spoofer import RECENT
 from hijack_detect.streams.samples import (
@@ -302,25 +304,34 @@ def flown(path: Path, acceleration: float, most: int, every_s: float) -> Iterato
         yield from trials(samples, start_ns, place, acceleration, path.name)
 
 
-def table(outcomes: Sequence[Outcome]) -> Iterator[str]:
-    """The table of all kinds and lengths, Markdown."""
-    yield (
-        "| kind | jammed | alert while jammed | alert before 60 m | median s | median m "
-        "| found without jamming only | with only | later by s | further by m "
-        "| `coast` judges after s |"
+def table(outcomes: Sequence[Outcome]) -> TextTable:
+    """The table of all kinds and lengths."""
+    columns = (
+        "kind",
+        "jammed",
+        "alert while jammed",
+        "alert before 60 m",
+        "median s",
+        "median m",
+        "found without jamming only",
+        "with only",
+        "later by s",
+        "further by m",
+        "`coast` judges after s",
     )
-    yield "| --- " * 11 + "|"
     without = {one.place: one for one in outcomes if (one.kind, one.length_s) == ("carried", 0)}
+    rows = []
     for kind in KINDS:
         for length in LENGTHS_S:
-            rows = [one for one in outcomes if (one.kind, one.length_s) == (kind, length)]
-            if rows:
-                yield _row(kind, length, rows, without)
+            own = [one for one in outcomes if (one.kind, one.length_s) == (kind, length)]
+            if own:
+                rows.append(_row(kind, length, own, without))
+    return TextTable("", columns, tuple(rows))
 
 
 def _row(
     kind: str, length: int, rows: Sequence[Outcome], without: Mapping[tuple[str, float], Outcome]
-) -> str:
+) -> tuple[str, ...]:
     quiet = [one for one in rows if one.jam_alert_s is None]
     found = [one for one in quiet if one.alert_s is not None]
     pairs = [(one, without[one.place]) for one in quiet if one.place in without]
@@ -328,7 +339,7 @@ def _row(
     only_with = sum(a.alert_s is not None and b.alert_s is None for a, b in pairs)
     later = [_less(a.alert_s, b.alert_s) for a, b in pairs]
     further = [_less(a.separation_m, b.separation_m) for a, b in pairs]
-    cells = (
+    return (
         kind,
         f"{length} s",
         share(len(rows) - len(quiet), len(rows)) if length else "",
@@ -341,7 +352,6 @@ def _row(
         "" if kind == "back" else middle(further, sign="+"),
         middle(one.judged_s for one in quiet),
     )
-    return "| " + " | ".join(cells) + " |"
 
 
 def _less(one: float | None, other: float | None) -> float | None:
@@ -403,7 +413,8 @@ def main(
                 done = [asdict(one) for one in flown(path, acceleration, most, every)]
                 kept.write_text(json.dumps(done))
             found += [Outcome(**one) for one in json.loads(kept.read_text())]
-    for line in (*table(found), "", *states(found)):
+    click.echo(markdown(table(found)))
+    for line in states(found):
         click.echo(line)
 
 

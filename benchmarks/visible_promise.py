@@ -29,12 +29,14 @@ import click
 import matplotlib.pyplot as plt
 import numpy as np
 from carried_off import Samples, drift, reported, samples_of
+from documents import markdown
 from vehicles import vehicle_of
 
 from hijack_detect.detectors.coast import VISIBLE_GAIN, CoastDetector
 from hijack_detect.detectors.coast_parameters import CoastParameters
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.estimation.flight_phase import FlightPhaseEstimator, FlightPhaseParameters
+from hijack_detect.evaluation.scores.evaluation_tables import TextTable
 from hijack_detect.spoofing.spoofer import Spoofer
 from hijack_detect.streams.samples import Sample
 
@@ -142,18 +144,20 @@ def report(found: Mapping[str, Sequence[Sequence[bool]]]) -> dict[str, list[floa
     rows = {name: (len(found[name]), curves[name]) for name in curves}
     rows["real flights"] = (len(real), np.mean(real, axis=0).tolist())
     rows["vehicles alike"] = (len(curves), np.mean(list(curves.values()), axis=0).tolist())
-    click.echo("| vehicle | drifts | " + " | ".join(f"{k:g}" for k in MULTIPLES) + " |")
-    click.echo("| --- " * (len(MULTIPLES) + 2) + "|")
-    for name, (count, shares) in rows.items():
-        cells = " | ".join(f"{100.0 * one:.0f}" for one in shares)
-        click.echo(f"| {name} | {count} | {cells} |")
-    click.echo(f"\n| vehicle left out | gain | found of {UNSEEN:g} | found of {SEEN:g} |")
-    click.echo("| --- | --- | --- | --- |")
+    drifts = [
+        (name, str(count), *(f"{100.0 * one:.0f}" for one in shares))
+        for name, (count, shares) in rows.items()
+    ]
+    columns = ("vehicle", "drifts", *(f"{k:g}" for k in MULTIPLES))
+    click.echo(markdown(TextTable("", columns, tuple(drifts))))
+    kept = []
     for name, own in curves.items():
         gain = chosen([one for other, one in curves.items() if other != name])
         low, high = (share([own], k * gain / VISIBLE_GAIN) for k in (UNSEEN, SEEN))
-        click.echo(f"| {name} | {gain:.2f} | {100.0 * low:.0f} % | {100.0 * high:.0f} % |")
-    click.echo(f"| none | {chosen(list(curves.values())):.2f} | | |")
+        kept.append((name, f"{gain:.2f}", f"{100.0 * low:.0f} %", f"{100.0 * high:.0f} %"))
+    kept.append(("none", f"{chosen(list(curves.values())):.2f}", "", ""))
+    columns = ("vehicle left out", "gain", f"found of {UNSEEN:g}", f"found of {SEEN:g}")
+    click.echo(markdown(TextTable("", columns, tuple(kept))))
     return curves
 
 
