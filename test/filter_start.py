@@ -1,12 +1,44 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""How the filters of the tests start: level, and with these deviations and noises."""
+"""How the filters of the tests start: level, and with these deviations and noises; a hover."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+
 import numpy as np
 
-from hijack_detect.estimation.ekf import ProcessNoise
+from hijack_detect.estimation.air_ekf import AirEkf
+from hijack_detect.estimation.drag_noise import DragNoise
+from hijack_detect.estimation.ekf import GRAVITY, POSITION, VELOCITY, ImuBlock, ProcessNoise
+from hijack_detect.estimation.lag_ekf import ModelErrors
+from hijack_detect.estimation.velocity_error import VelocityNoise
 
 LEVEL = (0.0, 0.0, 0.0, 1.0)
 SIGMAS = np.array([1.0] * 3 + [0.5] * 3 + [0.05, 0.05, 0.2] + [0.1] * 3 + [0.005] * 3)
 NOISE = ProcessNoise(accel=0.1, gyro=0.003, accel_bias=0.005, gyro_bias=0.0007)
+
+
+def hover(
+    receiver: VelocityNoise,
+    steps: int,
+    position: Callable[[int], float],
+    velocity: Callable[[int], float] | None,
+) -> Iterator[AirEkf]:
+    """The filter of `coast` after each of some steps of 0.2 s in which the vehicle hovers.
+
+    Args:
+        receiver: What is assumed of the GPS velocities.
+        steps: How many.
+        position: East of the fix of a step, m.
+        velocity: East of its GPS velocity, m/s, with white noise; None for no velocities.
+    """
+    ekf = AirEkf(LEVEL, SIGMAS * 0.2, NOISE, ModelErrors(), DragNoise(), receiver)
+    rng = np.random.default_rng(4)
+    block = ImuBlock(np.full(10, 0.02), np.zeros((10, 3)), np.tile([0.0, 0.0, GRAVITY], (10, 1)))
+    for step in range(steps):
+        ekf.propagate(block)
+        ekf.update(*ekf.gps(POSITION, np.array([position(step), 0.0, 0.0]), np.full(3, 0.49)))
+        if velocity is not None:
+            told = np.array([velocity(step), 0.0, 0.0]) + 0.05 * rng.normal(size=3)
+            ekf.update(*ekf.gps(VELOCITY, told, np.full(3, 0.05**2)))
+        yield ekf

@@ -3,12 +3,13 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
 import numpy.typing as npt
 import pytest
-from filter_start import LEVEL, NOISE, SIGMAS
+from filter_start import LEVEL, NOISE, SIGMAS, hover
 
 from hijack_detect.estimation.air_ekf import DRAG, SIZE, TILT, WIND, AirEkf
 from hijack_detect.estimation.drag_model import SMALLEST_DRAG
@@ -211,17 +212,11 @@ def test_a_fix_that_jumps_beside_a_steady_velocity_does_not_tilt(
     velocities: bool, tilts: bool
 ) -> None:
     """6 m for 5 s, and back; alone, fixes have to be believed."""
-    ekf = AirEkf(LEVEL, SIGMAS * 0.2, NOISE, ModelErrors(), DragNoise(), RECEIVER)
-    rng = np.random.default_rng(4)
-    block = ImuBlock(np.full(10, 0.02), np.zeros((10, 3)), np.tile([0.0, 0.0, GRAVITY], (10, 1)))
-    most = 0.0
-    for step in range(350):
-        ekf.propagate(block)
-        off = 6.0 if 300 <= step < 325 else 0.0
-        ekf.update(*ekf.gps(POSITION, np.array([off, 0.0, 0.0]), np.full(3, 0.49)))
-        if velocities:
-            told = 0.05 * rng.normal(size=3)
-            ekf.update(*ekf.gps(VELOCITY, told, np.full(3, 0.05**2)))
-        if step >= 300:
-            most = max(most, 2.0 * math.hypot(*ekf.attitude[:2]))
+    flown = hover(
+        RECEIVER,
+        350,
+        lambda step: 6.0 if 300 <= step < 325 else 0.0,
+        (lambda _: 0.0) if velocities else None,
+    )
+    most = max(2.0 * math.hypot(*ekf.attitude[:2]) for ekf in itertools.islice(flown, 300, None))
     assert (most > math.radians(1.0)) is tilts

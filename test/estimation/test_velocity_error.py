@@ -5,14 +5,12 @@ import math
 
 import numpy as np
 import pytest
-from filter_start import LEVEL, NOISE, SIGMAS
+from filter_start import hover
 from hypothesis import given
 from hypothesis import strategies as st
 
 from hijack_detect.estimation.air_ekf import VELOCITY_ERROR, AirEkf
-from hijack_detect.estimation.drag_noise import DragNoise
-from hijack_detect.estimation.ekf import ATTITUDE, GRAVITY, POSITION, VELOCITY, ImuBlock, Innovation
-from hijack_detect.estimation.lag_ekf import ModelErrors
+from hijack_detect.estimation.ekf import ATTITUDE, Innovation
 from hijack_detect.estimation.velocity_error import VelocityError, VelocityNoise
 
 SIGMA = 0.4
@@ -51,15 +49,9 @@ def test_what_is_learnt_is_at_least_3_s_old() -> None:
 
 def filter_after(seconds: float, wrong: float, noise: VelocityNoise) -> AirEkf:
     """A hover whose GPS velocity is right for 60 s, then wrong to the East for some time."""
-    ekf = AirEkf(LEVEL, SIGMAS * 0.2, NOISE, ModelErrors(), DragNoise(), noise)
-    rng = np.random.default_rng(3)
-    block = ImuBlock(np.full(10, 0.02), np.zeros((10, 3)), np.tile([0.0, 0.0, GRAVITY], (10, 1)))
-    for step in range(round((60.0 + seconds) * 5)):
-        ekf.propagate(block)
-        told = np.array([wrong if step >= 300 else 0.0, 0.0, 0.0]) + 0.05 * rng.normal(size=3)
-        ekf.update(*ekf.gps(POSITION, np.zeros(3), np.full(3, 0.5)))
-        ekf.update(*ekf.gps(VELOCITY, told, np.full(3, 0.05**2)))
-    return ekf
+    steps = round((60.0 + seconds) * 5)
+    *_, last = hover(noise, steps, lambda _: 0.0, lambda step: wrong if step >= 300 else 0.0)
+    return last
 
 
 def tilt(ekf: AirEkf) -> float:
