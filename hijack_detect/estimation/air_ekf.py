@@ -68,7 +68,7 @@ class AirEkf(LagEkf):
         self.tilt: Array = np.zeros(2)
         self._impulse: Array = np.zeros(2)
         self._seconds = 0.0
-        self._since_velocity_s = math.inf
+        """Time since a GPS velocity, over which `_impulse` is summed."""
 
     @property
     def residual(self) -> float:
@@ -79,7 +79,6 @@ class AirEkf(LagEkf):
         """See Ekf."""
         super().propagate(block)
         self.velocity_error.propagate(block.seconds)
-        self._since_velocity_s += block.seconds
         self._impulse = self._impulse + block.dt @ block.specific_force[:, :2]
         self._seconds += block.seconds
 
@@ -111,7 +110,7 @@ class AirEkf(LagEkf):
         Reflections move fixes by some metres, and back. Taken for motion that tilts the filter; a
         large jump is for other checks, and a pull shows in the velocity as well.
         """
-        if self._since_velocity_s > LONGEST_S or self.heading_variance > MAX_HEADING_SIGMA**2:
+        if self._seconds > LONGEST_S or self.heading_variance > MAX_HEADING_SIGMA**2:
             return
         spread = rows @ self.covariance @ rows.T
         add_diagonal(spread, slice(0, 2), noise)
@@ -125,7 +124,6 @@ class AirEkf(LagEkf):
             self._anchor(h[:2], residual[:2], r[:2])
         found = super().update(h, residual, r)
         if velocity:
-            self._since_velocity_s = 0.0
             self.velocity_error.learn(found)
         if velocity and self._seconds > SHORTEST_S:
             if self._seconds < LONGEST_S and self.heading_variance < MAX_HEADING_SIGMA**2:
