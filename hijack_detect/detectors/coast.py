@@ -56,6 +56,7 @@ RISE_PER_S = 0.02
 0.016 a second for 20 s when the vehicle began to manoeuvre; held to 0.005 that flight was an alarm.
 Without a bound, noise that a jammed receiver shows for 40 s doubles it, and the carry-off that
 follows is lost in it (docs/detection-limits.md)."""
+LOWEST_LEVEL, HIGHEST_LEVEL = 0.3, 3.0
 VISIBLE_GAIN = 1.2
 """`smallest_visible` is this times the offset whose mean score reaches the limit. Noise takes a
 whole run below the limit more often than above, and an offset older than the bank is taken up by
@@ -71,8 +72,9 @@ class CoastDetector:
     its innovations (`CoastBank`) tells what an offset acceleration since each onset would have
     done to them. The score is |a| over its standard deviation: that of the filter's own error
     model times the noise scale that this vehicle has shown, and floors for what no model has. It
-    is the least of a run of onsets (`sustained`), and of two beliefs about the wind. Costs per
-    fix do not depend on the IMU's rate.
+    is the least of a run of onsets (`sustained`), and of two beliefs about the wind. The limit
+    follows the scores that this vehicle reaches without an attack (`usual_score`). Costs per fix
+    do not depend on the IMU's rate.
     """
 
     NAME = "coast"
@@ -95,6 +97,17 @@ class CoastDetector:
             clip=3.5,
             rise_per_s=RISE_PER_S,
         )
+        self._usual = NoiseScale(
+            LOWEST_LEVEL,
+            HIGHEST_LEVEL,
+            delay_s=p.longest_s,
+            memory_s=120.0,
+            prior_s=2.0,
+            clip=2.0,
+            rise_per_s=RISE_PER_S,
+            power=3.0,
+        )
+        """Of the scores."""
         self._filter: AirEkf | None = None
         self._bridged = 0
         self._since_ns = 0
@@ -200,7 +213,7 @@ class CoastDetector:
         p = self._parameters
         gusts = dict.fromkeys(range(WIND.start, WIND.stop), Change(p.gust, p.gust_rate))
         self._bank = CoastBank(SIZE, YOUNGEST_S, p.longest_s, SPACING_S, gusts)
-        self._scale.hold()
+        self._hold()
 
     def _verdict(self, stamp_ns: int) -> Verdict:
         lost = self._watch.lost(stamp_ns)
@@ -209,7 +222,7 @@ class CoastDetector:
         p = self._parameters
         blocked = self._gate.blocked(stamp_ns)
         if blocked is not None:
-            self._scale.hold()
+            self._hold()
             return self._silent(stamp_ns, *blocked)
         if self._filter is None:
             reason = "heading unknown: needs a magnetometer or forward flight"
@@ -267,6 +280,11 @@ class CoastDetector:
         if len(offsets.age_s):
             self._scale.add(stamp_ns, float(np.mean(offsets.whitened)))
 
+    def _hold(self) -> None:
+        """Learn nothing of the last seconds."""
+        self._scale.hold()
+        self._usual.hold()
+
     def _silent(self, stamp_ns: int, state: State, reason: str) -> Verdict:
         """A verdict that says nothing of the GPS."""
         self._persistence.reset()
@@ -275,7 +293,7 @@ class CoastDetector:
     @property
     def _limit(self) -> float:
         p = self._parameters
-        wanted = p.threshold_gain * self._scale.value**2
+        wanted = p.threshold_gain * self._usual.value
         return min(max(wanted, p.threshold_low), p.threshold_high)
 
     def _judge(self, stamp_ns: int, still: Offsets, free: Offsets, found: Sustained) -> Verdict:
@@ -286,9 +304,10 @@ class CoastDetector:
         words = late_words(values)
         beside = f"; {LATE}: {words}" if words else ""
         if score > limit:
-            self._scale.hold()
+            self._hold()
         else:
             self._learn(stamp_ns, free)
+            self._usual.add(stamp_ns, score**3)
         if scale > p.max_noise_scale:
             self._persistence.reset()
             reason = f"IMU and GPS disagree {scale:.1f} times more than they should{beside}"
@@ -323,6 +342,7 @@ class CoastDetector:
             "age": age_s,
             "smallest_visible": smallest,
             "noise_scale": self._scale.value,
+            "usual_score": self._usual.value,
             "receiver_noise": self._filter.velocity_error.scale,
             "position_lag": position_lag,
             "velocity_lag": velocity_lag,

@@ -122,22 +122,24 @@ class CoastParameters(Parameters):
         high=10.0,
     )
     threshold_low: float = param(
-        3.0,
-        "Limit of the offset acceleration in its standard deviations, for a vehicle whose IMU and "
-        "GPS agree as well as their noise allows. Such vehicles reach 2.4 without an attack.",
+        2.4,
+        "Lowest limit of the offset acceleration in its standard deviations. A quiet vehicle "
+        "(simulators: scores up to 1.2) would else have one below what a first manoeuvre brings.",
         low=1.0,
         high=100.0,
     )
     threshold_high: float = param(
         4.4,
-        "The same for a vehicle with vibration, aliasing or a poor receiver: rare errors are then "
-        "far larger than usual ones. Such vehicles reach 3.8 without an attack.",
+        "Highest limit, also of an attacker who pulls slowly. Recorded vehicles with vibration, "
+        "aliasing or a poor receiver reach 3.8 without an attack.",
         low=1.0,
         high=100.0,
     )
     threshold_gain: float = param(
-        16.0,
-        "The limit is this times the square of the noise scale, between the two above.",
+        4.4,
+        "The limit is this times the usual score of this vehicle (cube root of the mean cube of "
+        "the past two minutes), between the two above. On recorded flights the largest score "
+        "without an attack is 3.9 times the usual one.",
         low=0.1,
         high=1000.0,
     )

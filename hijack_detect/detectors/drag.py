@@ -36,6 +36,9 @@ from hijack_detect.streams.samples import (
 
 CHECKPOINT_NS = NANOSECONDS
 """The filter is copied this often."""
+KNOWN_TURN = 0.35
+"""Speed times standard deviation of the heading, m/s, of the flights that the limit was set on: it
+holds for an error of the velocity up to this."""
 RELEASE = 0.8
 """Parameters that are kept are given up below this share of the limit."""
 LOADS = (4.0, 20.0)
@@ -254,8 +257,9 @@ class DragDetector:
 
     def _judge(self, stamp_ns: int, reference: _Checkpoint, change: WindChange) -> Verdict:
         p, before = self._parameters, reference.filter
-        turned = max(error for _, error in self._errors)
-        limit = p.limit(before.wind_speed) + p.heading_gain * turned
+        turned = max(max(error for _, error in self._errors), KNOWN_TURN)
+        grown = p.heading_gain * math.sqrt(turned**2 - KNOWN_TURN**2)
+        limit = math.hypot(p.limit(before.wind_speed), grown)
         over = change.size > limit
         verdict = Verdict(
             self.NAME,

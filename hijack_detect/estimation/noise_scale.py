@@ -19,7 +19,8 @@ KNOWN_S = 30.0
 
 
 class NoiseScale:
-    """Root mean square of whitened errors over the flight's past, within bounds.
+    """Mean of whitened errors over the flight's past, within bounds: root mean square, or of
+    another power, which counts rare large errors for more.
 
     What it learns is older than `delay_s`, so never what is under test; a single value counts
     as `clip` times the scale at most, `hold` keeps everything recent from being learnt, and once
@@ -38,6 +39,7 @@ class NoiseScale:
         clip: float,
         prior: float = PRIOR,
         rise_per_s: float = math.inf,
+        power: float = 2.0,
     ) -> None:
         """Start with the prior.
 
@@ -50,20 +52,22 @@ class NoiseScale:
             clip: Largest value, in scales.
             prior: Scale before anything is learnt.
             rise_per_s: Largest relative rise after KNOWN_S of values, 1/s.
+            power: Of the mean.
         """
         self._low, self._high = low, high
         self._delay_ns = round(delay_s * NANOSECONDS)
         self._memory_s, self._clip, self._rise_per_s = memory_s, clip, rise_per_s
+        self._power = power
         self._known_s = 0.0
-        self._sum, self._weight = prior_s * prior**2, prior_s
+        self._sum, self._weight = prior_s * prior**power, prior_s
         self._waiting: deque[tuple[int, float]] = deque()
         self._learnt_ns: int | None = None
         self.value = prior
         """The scale."""
 
-    def add(self, stamp_ns: int, mean_square: float) -> None:
-        """Take the mean square of the whitened errors at a stamp."""
-        self._waiting.append((stamp_ns, mean_square))
+    def add(self, stamp_ns: int, mean_power: float) -> None:
+        """Take the mean of the whitened errors' powers (squares) at a stamp."""
+        self._waiting.append((stamp_ns, mean_power))
         while self._waiting and self._waiting[0][0] < stamp_ns - self._delay_ns:
             self._learn(*self._waiting.popleft())
 
@@ -71,17 +75,17 @@ class NoiseScale:
         """Do not learn what is waiting: it is under suspicion."""
         self._waiting.clear()
 
-    def _learn(self, stamp_ns: int, mean_square: float) -> None:
+    def _learn(self, stamp_ns: int, mean_power: float) -> None:
         since = self._learnt_ns
         self._learnt_ns = stamp_ns
         if since is None:
             return
         dt = min((stamp_ns - since) / NANOSECONDS, MAX_STEP_S)
         kept = math.exp(-dt / self._memory_s)
-        clipped = min(mean_square, (self._clip * self.value) ** 2)
+        clipped = min(mean_power, (self._clip * self.value) ** self._power)
         self._sum = self._sum * kept + clipped * dt
         self._weight = self._weight * kept + dt
-        scale = math.sqrt(self._sum / self._weight)
+        scale = float((self._sum / self._weight) ** (1.0 / self._power))
         self._known_s += dt
         if self._known_s > KNOWN_S:
             scale = min(scale, self.value * (1.0 + self._rise_per_s * dt))

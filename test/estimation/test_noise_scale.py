@@ -43,6 +43,13 @@ def test_the_mean_square_by_hand() -> None:
     assert feed(scale(), [4.0] * 17).value == pytest.approx(math.sqrt(50.0 / 20.0))
 
 
+def test_the_mean_of_another_power_by_hand() -> None:
+    """The prior of 1 weighs 10 s; 10 cubes of 2 over 1 s each: the cube root of (10 + 80) / 20."""
+    assert feed(scale(power=3.0), [8.0] * 17).value == pytest.approx(4.5 ** (1.0 / 3.0))
+    once = feed(scale(power=3.0), [1e12] + [0.0] * 17)
+    assert once.value <= (10.0 + 27.0) ** (1.0 / 3.0) / 10.0 ** (1.0 / 3.0), "clipped at 3 scales"
+
+
 def test_the_past_is_forgotten_by_hand() -> None:
     """Two values are learnt, over 1 s each; before each all that was loses e to its power."""
     one = feed(scale(memory_s=2.0), [4.0] * 9)
