@@ -56,7 +56,8 @@ RISE_PER_S = 0.02
 0.016 a second for 20 s when the vehicle began to manoeuvre; held to 0.005 that flight was an alarm.
 Without a bound, noise that a jammed receiver shows for 40 s doubles it, and the carry-off that
 follows is lost in it (docs/detection-limits.md)."""
-LOWEST_LEVEL, HIGHEST_LEVEL = 0.3, 3.0
+LOWEST_USUAL, HIGHEST_USUAL = 0.3, 3.0
+"""Bounds of the usual score, wider than what the limit follows."""
 VISIBLE_GAIN = 1.2
 """`smallest_visible` is this times the offset whose mean score reaches the limit. Noise takes a
 whole run below the limit more often than above, and an offset older than the bank is taken up by
@@ -98,8 +99,8 @@ class CoastDetector:
             rise_per_s=RISE_PER_S,
         )
         self._usual = NoiseScale(
-            LOWEST_LEVEL,
-            HIGHEST_LEVEL,
+            LOWEST_USUAL,
+            HIGHEST_USUAL,
             delay_s=p.longest_s,
             memory_s=120.0,
             prior_s=2.0,
@@ -107,7 +108,7 @@ class CoastDetector:
             rise_per_s=RISE_PER_S,
             power=3.0,
         )
-        """Of the scores."""
+        """The score that this vehicle usually has."""
         self._filter: AirEkf | None = None
         self._bridged = 0
         self._since_ns = 0

@@ -257,8 +257,8 @@ class DragDetector:
 
     def _judge(self, stamp_ns: int, reference: _Checkpoint, change: WindChange) -> Verdict:
         p, before = self._parameters, reference.filter
-        turned = max(max(error for _, error in self._errors), KNOWN_TURN)
-        grown = p.heading_gain * math.sqrt(turned**2 - KNOWN_TURN**2)
+        turned = max(error for _, error in self._errors)
+        grown = p.heading_gain * math.sqrt(max(0.0, turned**2 - KNOWN_TURN**2))
         limit = math.hypot(p.limit(before.wind_speed), grown)
         over = change.size > limit
         verdict = Verdict(

@@ -19,9 +19,9 @@ KNOWN_S = 30.0
 
 
 class NoiseScale:
-    """Mean of whitened errors over the flight's past, within bounds: root mean square, or of
-    another power, which counts rare large errors for more.
+    """Root mean square of whitened errors over the flight's past, within bounds.
 
+    Or the mean of another power, in which rare large errors count for more.
     What it learns is older than `delay_s`, so never what is under test; a single value counts
     as `clip` times the scale at most, `hold` keeps everything recent from being learnt, and once
     the scale is known it rises no faster than `rise_per_s`. An attacker can therefore raise it only
