@@ -16,7 +16,7 @@ from typing import Any
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from ros import ROOT, Graph, Listener, RosProcess
+from ros import READY, ROOT, Graph, Listener, RosProcess
 from std_msgs.msg import Bool
 
 from hijack_detect.bags.reader import BagReader
@@ -54,12 +54,30 @@ def start_monitor(graph: Graph, policy: str, programs: Sequence[str] = MONITOR) 
     return Live({name: graph.start(name, *arguments) for name in programs}, verdicts, alert)
 
 
-def replay(graph: Graph, bag: Path, timeout_s: float, **parameters: Any) -> RosProcess:
-    """Replay a bag to the monitor, and listen until everything has arrived."""
-    given = {"bag": bag, "wait_for": " ".join((*MONITOR, "test")), **parameters}
-    node = graph.start("bag_replay", parameters=given)
-    assert graph.spin_to_end(node, timeout_s) == 0, node.output
-    return node
+def start_replay(
+    graph: Graph, bag: Path, nodes: Sequence[str], *arguments: str, space: str = "", **given: Any
+) -> RosProcess:
+    """Start a replay in a namespace, beside what is started already.
+
+    It begins when its nodes are complete and know all that listens now, a while after the last
+    subscription came, so that they know each other, too: see its parameter settle_s.
+    """
+    named = [f"{space}/{node}" for node in nodes]
+    place = ("-r", f"__ns:={space}") if space else ()
+    parameters = {"bag": bag, "wait_for": " ".join((*named, READY)), **given}
+    process = graph.start("bag_replay", *place, *arguments, parameters=parameters)
+    graph.until_known(*named, f"{space}/bag_replay")
+    return process
+
+
+def replay(
+    graph: Graph, bag: Path, timeout_s: float, nodes: Sequence[str] = MONITOR, **given: Any
+) -> RosProcess:
+    """Replay a bag to nodes, and listen until everything has arrived."""
+    process = start_replay(graph, bag, nodes, **given)
+    graph.be_ready()
+    assert graph.spin_to_end(process, timeout_s) == 0, process.output
+    return process
 
 
 def offline(bag: Path, policy: str, scenario: Path | None) -> OfflineRun:

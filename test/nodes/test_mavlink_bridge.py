@@ -121,6 +121,9 @@ class Flight:
         self.node: RosProcess
 
     def start(self, **parameters: Any) -> None:
+        self._dead = self.graph.subscribers("hijack_alert") | self.graph.subscribers(
+            "fusion/verdict"
+        )
         given = {"connection": self.connection, **parameters}
         self.node = self.graph.start("mavlink_bridge", parameters=given)
 
@@ -128,8 +131,9 @@ class Flight:
         imu = self.heard["imu/data_raw"].messages
         first = len(imu)
         self.graph.spin_until(lambda: len(imu) >= first + count, "an Imu")
-        self.graph.spin_until(self.alert.get_subscription_count, "who hears the alert")
-        self.graph.spin_until(self.verdict.get_subscription_count, "who hears the verdict")
+        for publisher in (self.alert, self.verdict):
+            self.graph.until_subscribed(publisher, dead=self._dead)
+        self.graph.until_known("mavlink_bridge")
 
     def say(self, *, alert: bool, since: str = "123", cause: str = "coast alarm") -> None:
         """Say what the fusion would."""
@@ -461,6 +465,7 @@ def test_a_spoofed_flight_over_mavlink_ends_in_a_landing(fly: Fly) -> None:
     onset = next(one for at, one in sent if at >= ONSET_US and one.get_type() == "GPS_RAW_INT")
     flight.start(command="land", speed=speed)
     flight.graph.spin_until(lambda: alerts.messages, "the monitor")
+    flight.graph.until_known("fusion", "mavlink_bridge")
     flight.until_logged("asked for SCALED_PRESSURE")
     flight.status("no autopilot with heartbeat and IMU")
     flight.peer.play(lambda _: sent)
