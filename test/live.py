@@ -16,6 +16,7 @@ from typing import Any
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from kept import kept
 from ros import READY, ROOT, Graph, Listener, RosProcess
 from std_msgs.msg import Bool
 
@@ -81,11 +82,14 @@ def replay(
 
 
 def offline(bag: Path, policy: str, scenario: Path | None) -> OfflineRun:
-    """What the same bag says without ROS."""
-    with BagReader(bag) as reader:
-        return run_offline(
-            reader, policy_parameters(policy), None if scenario is None else load_scenario(scenario)
-        )
+    """What the same bag says without ROS; computed once, so it must not be changed."""
+
+    def run() -> OfflineRun:
+        with BagReader(bag) as reader:
+            attack = None if scenario is None else load_scenario(scenario)
+            return run_offline(reader, policy_parameters(policy), attack)
+
+    return kept(f"offline {bag} {policy} {scenario}", run)
 
 
 def expected(run: OfflineRun) -> dict[str, list[DiagnosticArray]]:

@@ -46,6 +46,7 @@ QUIET_S = 0.5
 """On a busy machine a process may have to wait for its turn for some tenths of a second."""
 KNOCK_S = 0.2
 """A server that does not know its client yet drops the answer, so it is asked again."""
+SPIN_S = 0.02
 READY = "ready"
 """The node that `Graph.be_ready` adds."""
 KEEP_ALL = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)
@@ -148,7 +149,7 @@ class Graph:
         self._listeners: list[Listener] = []
         self._clients: dict[str, Any] = {}
         self._further: list[Node] = []
-        self._count, self._count_since = -1, 0.0
+        self._count, self._count_since, self._idle = -1, 0.0, 0
 
     def start(
         self, name: str, *ros_arguments: str, parameters: Mapping[str, Any] | None = None
@@ -183,7 +184,7 @@ class Graph:
             if time.monotonic() > deadline:
                 printed = "\n".join(process.output for process in self._processes)
                 pytest.fail(f"{timeout_s:g} s without {what}; the nodes printed:\n{printed}")
-            self._executor.spin_once(timeout_sec=0.02)
+            self._executor.spin_once(timeout_sec=SPIN_S)
 
     def until_known(self, *nodes: str) -> None:
         """Wait until nodes are complete, and know everything that the test has made so far.
@@ -235,15 +236,21 @@ class Graph:
         return process.wait()
 
     def spin_until_quiet(self) -> None:
-        """Handle messages until no listener has heard anything for a while."""
+        """Handle messages until no listener has heard anything for a while.
+
+        A node that has not had its turn is quiet, too: wait for what is known to come instead.
+        """
+        self._count = -1
         self.spin_until(self._quiet, "a quiet moment")
 
     def _quiet(self) -> bool:
-        """Whether nothing has arrived for a while."""
+        """Whether nothing has arrived for a while, in which this process had its turns."""
         count = sum(len(listener.messages) for listener in self._listeners)
         if count != self._count:
-            self._count, self._count_since = count, time.monotonic()
-        return time.monotonic() - self._count_since > QUIET_S
+            self._count, self._count_since, self._idle = count, time.monotonic(), 0
+        self._idle += 1
+        waited_s = min(time.monotonic() - self._count_since, self._idle * SPIN_S)
+        return waited_s > QUIET_S
 
     def meet(self, kind: Any, name: str) -> Any:
         """Wait until a service and its client know each other, once; give the client.

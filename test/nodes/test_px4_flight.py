@@ -90,10 +90,13 @@ class Ride:
         counts = (came - refused for came, refused in zip(all_of, bad, strict=True))
         return dict(zip(px4_vehicle.TOPICS, counts, strict=True))
 
-    def behind(self, fixes: int) -> int:
-        """How many of the fixes that were sent the monitor has not used; it gets none at first."""
+    def behind(self, fixes: int, heard: Listener | None = None) -> int:
+        """How many of the fixes that were sent the monitor has not used; it gets none at first.
+
+        Or how many are not `heard` of by a listener.
+        """
         aligning = 5 if self.from_ns else 0
-        return fixes - aligning - len(self.courses.messages)
+        return fixes - aligning - len((heard or self.courses).messages)
 
     def shift_ns(self) -> int:
         """How far all stamps are moved."""
@@ -138,6 +141,9 @@ def test_a_flight_over_px4_msgs_gives_the_same_verdicts(graph: Graph) -> None:
             fixes += 1
             graph.spin_until(followed, "the monitor to follow")
     sent = Counter(name for name, _, _ in rides[0].sent)
+    for ride in rides:
+        graph.spin_until(lambda r=ride: r.behind(fixes, r.fixes) <= 0, "every fix")
+        graph.spin_until(lambda r=ride: r.behind(fixes) <= 1, "the course of all but the last")
 
     monitor = Monitor(policy_parameters("default"))
     heard = px4_vehicle.heard(flight, 0)
