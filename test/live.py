@@ -9,6 +9,7 @@ verdict are text that reads back exactly.
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,8 +22,13 @@ from ros import READY, ROOT, Graph, Listener, RosProcess
 from std_msgs.msg import Bool
 
 from hijack_detect.bags.reader import BagReader
-from hijack_detect.evaluation.monitor.graph import DETECTORS
-from hijack_detect.evaluation.monitor.offline import OfflineRun, run_offline
+from hijack_detect.evaluation.monitor.graph import DETECTORS, Monitor
+from hijack_detect.evaluation.monitor.offline import (
+    OfflineRun,
+    run_offline,
+    run_samples,
+    spoofed_samples,
+)
 from hijack_detect.evaluation.monitor.policies import policy_parameters
 from hijack_detect.nodes import MONITOR
 from hijack_detect.nodes.messages import fusion_message, verdict_message
@@ -81,15 +87,21 @@ def replay(
     return process
 
 
-def offline(bag: Path, policy: str, scenario: Path | None) -> OfflineRun:
-    """What the same bag says without ROS; computed once, so it must not be changed."""
+def offline(bag: Path, policy: str, scenario: Path | None, end_s: float = math.inf) -> OfflineRun:
+    """What the same bag, or its begin, says without ROS; computed once, so not to be changed."""
 
     def run() -> OfflineRun:
         with BagReader(bag) as reader:
             attack = None if scenario is None else load_scenario(scenario)
-            return run_offline(reader, policy_parameters(policy), attack)
+            if math.isinf(end_s):
+                return run_offline(reader, policy_parameters(policy), attack)
+            done = OfflineRun(reader.start_ns)
+            end_ns = done.start_ns + round(end_s * SECOND)
+            samples = spoofed_samples(reader, attack, done)
+            part = itertools.takewhile(lambda one: one[1].stamp_ns < end_ns, samples)
+            return run_samples(part, Monitor(policy_parameters(policy)), done)
 
-    return kept(f"offline {bag} {policy} {scenario}", run)
+    return kept(f"offline {bag} {policy} {scenario} {end_s}", run)
 
 
 def expected(run: OfflineRun) -> dict[str, list[DiagnosticArray]]:

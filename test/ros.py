@@ -2,9 +2,9 @@
 """Real nodes in tests: processes over DDS, each test in a domain of its own.
 
 A test asks for the fixture `graph`, starts nodes with it, listens, and spins until a condition
-holds. Nothing waits for a fixed time, and every process is ended with the test. What a node publishes
-before it knows a listener is lost to that listener, so a test that needs the first message waits
-until the node knows all that the test has made::
+holds. Nothing waits for a fixed time, and every process is ended with the test. What a node
+publishes before it knows a listener is lost to that listener, so a test that needs the first
+message waits until the node knows all that the test has made::
 
     def test_something(graph):
         verdicts = graph.listen(DiagnosticArray, "fusion/verdict")

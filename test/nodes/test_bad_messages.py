@@ -11,7 +11,9 @@ from ros import Graph
 
 
 @pytest.mark.parametrize("node", NODES)
-def test_bad_messages_are_counted_and_a_clock_set_far_back_starts_afresh(graph: Graph, node: str) -> None:
+def test_bad_messages_are_counted_and_a_clock_set_back_starts_afresh(
+    graph: Graph, node: str
+) -> None:
     fed = Fed(graph, node)
     fed.until_more_output()
 

@@ -463,9 +463,7 @@ def test_a_spoofed_flight_over_mavlink_ends_in_a_landing(fly: Fly) -> None:
     verdicts = flight.graph.listen(DiagnosticArray, "fusion/verdict")
     sent = list(as_messages(*PART_S)(flight.peer.mavlink))
     false = {
-        (one.lat, one.lon)
-        for at, one in sent
-        if at >= ONSET_US and one.get_type() == "GPS_RAW_INT"
+        (one.lat, one.lon) for at, one in sent if at >= ONSET_US and one.get_type() == "GPS_RAW_INT"
     }
     flight.start(command="land", speed=speed)
     flight.graph.spin_until(lambda: alerts.messages, "the monitor")
