@@ -122,9 +122,8 @@ class Flight:
         self.node: RosProcess
 
     def start(self, **parameters: Any) -> None:
-        self._dead = self.graph.subscribers("hijack_alert") | self.graph.subscribers(
-            "fusion/verdict"
-        )
+        heard = ("hijack_alert", "fusion/verdict")
+        self._dead = set.union(*map(self.graph.subscribers, heard))
         given = {"connection": self.connection, **parameters}
         self.node = self.graph.start("mavlink_bridge", parameters=given)
 
@@ -233,13 +232,8 @@ def test_ardupilot_in_mavlink_1(fly: Fly) -> None:
     assert_steady([stamp_ns(one) for one in heard["imu/data_raw"]])
     lag = stamp_ns(heard["gps/fix"][-1]) % (SECOND // 5) - stamp_ns(imu) % (SECOND // 100)
     assert abs((lag * 1e-9 + GPS_LATE_US * 1e-6 + 0.001) % 0.01 - 0.001) < 0.001
-    assert flight.peer.asked[:5] == [
-        "HIGHRES_IMU 20000",
-        "SCALED_IMU 20000",
-        "RAW_IMU 20000",
-        "GPS_RAW_INT 250000",
-        "SCALED_PRESSURE 250000",
-    ]
+    imus = [f"{name} 20000" for name in ("HIGHRES_IMU", "SCALED_IMU", "RAW_IMU")]
+    assert flight.peer.asked[:5] == [*imus, "GPS_RAW_INT 250000", "SCALED_PRESSURE 250000"]
     (beat, *_) = flight.peer.of("HEARTBEAT")
     assert (beat.type, beat.autopilot) == (18, 8), "an onboard controller, no autopilot"
     assert (beat.get_srcSystem(), beat.get_srcComponent()) == (1, 191)
@@ -463,8 +457,8 @@ def as_messages(start_s: float, end_s: float) -> Callable[[Any], Schedule]:
 
 @pytest.mark.slow
 def test_a_spoofed_flight_over_mavlink_ends_in_a_landing(fly: Fly) -> None:
-    """At five times its speed, the peer's clock included."""
-    speed = 5.0
+    """At three times its speed, the peer's clock included: nothing slows an autopilot down."""
+    speed = 3.0
     flight = fly(schedule=lambda _: iter(()), dialect="common", autopilot="PX4", speed=speed)
     monitor = flight.graph.start(
         "all", "--params-file", str(ROOT / "config/default.yaml"), "--params-file",
@@ -482,7 +476,7 @@ def test_a_spoofed_flight_over_mavlink_ends_in_a_landing(fly: Fly) -> None:
     flight.until_logged("asked for SCALED_PRESSURE")
     flight.status("no autopilot with heartbeat and IMU")
     flight.peer.play(lambda _: sent)
-    flight.graph.spin_until(flight.peer.commands, "a command", 40.0)
+    flight.graph.spin_until(flight.peer.commands, "a command")
     # A busy machine loses messages of a link over UDP, the first false fix like any other.
     heard = [
         stamp_ns(one)
