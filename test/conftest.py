@@ -2,11 +2,17 @@
 """Simulated flights with their samples in order of stamp; no deadlines, and Ctrl-C for everyone."""
 
 import signal
+import sys
 from collections.abc import Callable
 from functools import lru_cache
+from pathlib import Path
 
 import pytest
 from hypothesis import settings
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from kept import keep_in
 
 from hijack_detect.simulation.flight import Flight, generate_flight
 from hijack_detect.simulation.plan import FlightPlan
@@ -35,6 +41,11 @@ def _samples(flight: Flight, *names: str) -> Sent:
     )
     sent = [(name, sample) for name in INPUTS if name in names for sample in given[name]]
     return sorted(sent, key=lambda one: one[1].stamp_ns)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _kept(tmp_path_factory: pytest.TempPathFactory) -> None:
+    keep_in(tmp_path_factory)
 
 
 @pytest.fixture(scope="session")

@@ -250,7 +250,14 @@ class Fed:
             lambda: all(one.get_subscription_count() for one in self.publishers.values()),
             f"subscriptions of {node}",
         )
+        graph.until_known(node)
         self.stamp_ns = START_NS
+
+    def listen(self, kind: Any, topic: str) -> Listener:
+        """Listen to a further output, from its first message on."""
+        listener = self.graph.listen(kind, topic)
+        self.graph.until_known(self.name)
+        return listener
 
     def good(self, intervals: int) -> None:
         """Send good messages of all inputs, and wait until the node has had each interval."""

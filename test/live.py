@@ -9,6 +9,7 @@ verdict are text that reads back exactly.
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,12 +17,18 @@ from typing import Any
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from ros import ROOT, Graph, Listener, RosProcess
+from kept import kept
+from ros import READY, ROOT, Graph, Listener, RosProcess
 from std_msgs.msg import Bool
 
 from hijack_detect.bags.reader import BagReader
-from hijack_detect.evaluation.monitor.graph import DETECTORS
-from hijack_detect.evaluation.monitor.offline import OfflineRun, run_offline
+from hijack_detect.evaluation.monitor.graph import DETECTORS, Monitor
+from hijack_detect.evaluation.monitor.offline import (
+    OfflineRun,
+    run_offline,
+    run_samples,
+    spoofed_samples,
+)
 from hijack_detect.evaluation.monitor.policies import policy_parameters
 from hijack_detect.nodes import MONITOR
 from hijack_detect.nodes.messages import fusion_message, verdict_message
@@ -54,20 +61,47 @@ def start_monitor(graph: Graph, policy: str, programs: Sequence[str] = MONITOR) 
     return Live({name: graph.start(name, *arguments) for name in programs}, verdicts, alert)
 
 
-def replay(graph: Graph, bag: Path, timeout_s: float, **parameters: Any) -> RosProcess:
-    """Replay a bag to the monitor, and listen until everything has arrived."""
-    given = {"bag": bag, "wait_for": " ".join((*MONITOR, "test")), **parameters}
-    node = graph.start("bag_replay", parameters=given)
-    assert graph.spin_to_end(node, timeout_s) == 0, node.output
-    return node
+def start_replay(
+    graph: Graph, bag: Path, nodes: Sequence[str], *arguments: str, space: str = "", **given: Any
+) -> RosProcess:
+    """Start a replay in a namespace, beside what is started already.
+
+    It begins when its nodes are complete and know all that listens now, a while after the last
+    subscription came, so that they know each other, too: see its parameter settle_s.
+    """
+    named = [f"{space}/{node}" for node in nodes]
+    place = ("-r", f"__ns:={space}") if space else ()
+    parameters = {"bag": bag, "wait_for": " ".join((*named, READY)), **given}
+    process = graph.start("bag_replay", *place, *arguments, parameters=parameters)
+    graph.until_known(*named, f"{space}/bag_replay")
+    return process
 
 
-def offline(bag: Path, policy: str, scenario: Path | None) -> OfflineRun:
-    """What the same bag says without ROS."""
-    with BagReader(bag) as reader:
-        return run_offline(
-            reader, policy_parameters(policy), None if scenario is None else load_scenario(scenario)
-        )
+def replay(
+    graph: Graph, bag: Path, timeout_s: float, nodes: Sequence[str] = MONITOR, **given: Any
+) -> RosProcess:
+    """Replay a bag to nodes, and listen until everything has arrived."""
+    process = start_replay(graph, bag, nodes, **given)
+    graph.be_ready()
+    assert graph.spin_to_end(process, timeout_s) == 0, process.output
+    return process
+
+
+def offline(bag: Path, policy: str, scenario: Path | None, end_s: float = math.inf) -> OfflineRun:
+    """What the same bag, or its begin, says without ROS; computed once, so not to be changed."""
+
+    def run() -> OfflineRun:
+        with BagReader(bag) as reader:
+            attack = None if scenario is None else load_scenario(scenario)
+            if math.isinf(end_s):
+                return run_offline(reader, policy_parameters(policy), attack)
+            done = OfflineRun(reader.start_ns)
+            end_ns = done.start_ns + round(end_s * SECOND)
+            samples = spoofed_samples(reader, attack, done)
+            part = itertools.takewhile(lambda one: one[1].stamp_ns < end_ns, samples)
+            return run_samples(part, Monitor(policy_parameters(policy)), done)
+
+    return kept(f"offline {bag} {policy} {scenario} {end_s}", run)
 
 
 def expected(run: OfflineRun) -> dict[str, list[DiagnosticArray]]:

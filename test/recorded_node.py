@@ -69,6 +69,7 @@ class Recorded:
         self._publishers: dict[tuple[str, type], Any] = {}
         self.diagnostics = graph.listen(DiagnosticArray, "/diagnostics")
         self.start()
+        graph.until_known(f"{space}/recorder")
 
     def start(self) -> None:
         self.paths = self.graph.listen(String, f"{self.space}/recorder/snapshot", STATE)

@@ -2,12 +2,15 @@
 """Real nodes in tests: processes over DDS, each test in a domain of its own.
 
 A test asks for the fixture `graph`, starts nodes with it, listens, and spins until a condition
-holds. Nothing waits for a fixed time, and every process is ended with the test::
+holds. Nothing waits for a fixed time, and every process is ended with the test. What a node
+publishes before it knows a listener is lost to that listener, so a test that needs the first
+message waits until the node knows all that the test has made::
 
     def test_something(graph):
-        heard = graph.listen(Bool, "hijack_alert", STATE)
-        node = graph.start("fusion", window_s=2.0)
-        graph.spin_until(lambda: heard.messages, "the first alert")
+        verdicts = graph.listen(DiagnosticArray, "fusion/verdict")
+        node = graph.start("fusion", parameters={"policy": "any"})
+        graph.until_known("fusion")
+        graph.spin_until(lambda: verdicts.messages, "the first verdict")
         assert node.interrupt() == 0
 
 Import it in the conftest.py of the folder: `from ros import graph`.
@@ -23,22 +26,29 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import pytest
 import rclpy
-from diagnostic_msgs.msg import DiagnosticArray
+from rcl_interfaces.srv import GetParameters
 from rclpy.context import Context
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 
 DOMAINS = range(1, 101)
-TIMEOUT_S = 20.0
-QUIET_S = 0.2
+TIMEOUT_S = 60.0
+"""Deadline of a wait. A dozen nodes that start at once on two busy cores take half of it."""
+QUIET_S = 0.5
+"""On a busy machine a process may have to wait for its turn for some tenths of a second."""
+KNOCK_S = 0.2
+"""A server that does not know its client yet drops the answer, so it is asked again."""
+SPIN_S = 0.02
+READY = "ready"
+"""The node that `Graph.be_ready` adds."""
 KEEP_ALL = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)
 ROOT = Path(__file__).parents[1]
 
@@ -121,50 +131,6 @@ class Listener:
         node.create_subscription(kind, topic, self.messages.append, qos, raw=raw)
 
 
-class Caller:
-    """A client of one service, in a participant of its own, which the server is sure to know.
-
-    A server that has not discovered a client yet drops its response after 100 ms, and has done
-    what was asked (rmw_fastrtps). The endpoints of a participant are discovered in the order in
-    which they were made, so a server whose diagnostics reach this participant knows the client.
-    """
-
-    def __init__(self, kind: Any, service: str, domain: int) -> None:
-        self._context = Context()
-        rclpy.init(context=self._context, domain_id=domain)
-        self._node = Node("caller", context=self._context, enable_rosout=False)
-        self._client = self._node.create_client(kind, service)
-        self._node.create_subscription(DiagnosticArray, "/diagnostics", self._hear, KEEP_ALL)
-        self._server = f"/{service.strip('/').rpartition('/')[0]}: "
-        self._known = False
-        self._executor = EventsExecutor(context=self._context)
-        self._executor.add_node(self._node)
-
-    def _hear(self, message: DiagnosticArray) -> None:
-        self._known |= any(one.name.startswith(self._server) for one in message.status)
-
-    def known(self) -> bool:
-        """Whether a call is sure to be answered."""
-        self._executor.spin_once(timeout_sec=0.0)
-        return self._known and self._client.service_is_ready()
-
-    def ask(self, request: Any) -> Callable[[], Any]:
-        """Send a request; what is returned gives the response, or None as long as there is none."""
-        future = self._client.call_async(request)
-
-        def answer() -> Any:
-            self._executor.spin_once(timeout_sec=0.0)
-            return future.result() if future.done() else None
-
-        return answer
-
-    def close(self) -> None:
-        """End it."""
-        self._executor.shutdown()
-        self._node.destroy_node()
-        self._context.try_shutdown()
-
-
 class Graph:
     """The test's own node, and the processes beside it in the same domain."""
 
@@ -181,8 +147,9 @@ class Graph:
         self._executor.add_node(self.node)
         self._processes: list[RosProcess] = []
         self._listeners: list[Listener] = []
-        self._callers: dict[str, Caller] = {}
-        self._count, self._count_since = -1, 0.0
+        self._clients: dict[str, Any] = {}
+        self._further: list[Node] = []
+        self._count, self._count_since, self._idle = -1, 0.0, 0
 
     def start(
         self, name: str, *ros_arguments: str, parameters: Mapping[str, Any] | None = None
@@ -217,7 +184,50 @@ class Graph:
             if time.monotonic() > deadline:
                 printed = "\n".join(process.output for process in self._processes)
                 pytest.fail(f"{timeout_s:g} s without {what}; the nodes printed:\n{printed}")
-            self._executor.spin_once(timeout_sec=0.02)
+            self._executor.spin_once(timeout_sec=SPIN_S)
+
+    def until_known(self, *nodes: str) -> None:
+        """Wait until nodes are complete, and know everything that the test has made so far.
+
+        Each answers to a request: it has discovered the requester, and the requester its server.
+        Endpoints of a participant are discovered in the order in which they were made, so the node
+        knows each older subscription and publisher of the test, too, and its own are all made,
+        since it spins. Takes milliseconds, where a wait for /diagnostics takes up to a second.
+        """
+        for node in nodes:
+            client = self.node.create_client(GetParameters, f"{node}/get_parameters")
+            answers: list[Any] = []
+            asked_s = 0.0
+
+            def known(client: Any = client, answers: list[Any] = answers) -> bool:
+                nonlocal asked_s
+                if client.service_is_ready() and time.monotonic() - asked_s > KNOCK_S:
+                    asked_s = time.monotonic()
+                    answers.append(client.call_async(GetParameters.Request()))
+                return any(one.done() for one in answers)
+
+            self.spin_until(known, f"an answer of {node}")
+
+    def be_ready(self) -> None:
+        """Add a node to the graph: who was started to wait for READY goes on."""
+        self._further.append(Node(READY, context=self._context, enable_rosout=False))
+
+    def subscribers(self, topic: str) -> set[bytes]:
+        """Identities of the subscriptions of a topic; a killed node is in the graph for 20 s."""
+        found = self.node.get_subscriptions_info_by_topic(self.node.resolve_topic_name(topic))
+        return {bytes(one.endpoint_gid) for one in found}
+
+    def until_subscribed(
+        self, publisher: Any, count: int = 1, dead: Collection[bytes] = frozenset()
+    ) -> None:
+        """Wait until a publisher of the test serves subscriptions beside those of killed nodes."""
+
+        def served() -> bool:
+            found = self.subscribers(publisher.topic_name)
+            known = publisher.get_subscription_count() >= len(found)
+            return known and len(found.difference(dead)) >= count
+
+        self.spin_until(served, f"{count} subscriptions of {publisher.topic_name}")
 
     def spin_to_end(self, process: RosProcess, timeout_s: float = TIMEOUT_S) -> int:
         """Handle messages until a process has ended, and all it sent; return its exit code."""
@@ -226,38 +236,48 @@ class Graph:
         return process.wait()
 
     def spin_until_quiet(self) -> None:
-        """Handle messages until no listener has heard anything for a while."""
+        """Handle messages until no listener has heard anything for a while.
+
+        A node that has not had its turn is quiet, too: wait for what is known to come instead.
+        """
+        self._count = -1
         self.spin_until(self._quiet, "a quiet moment")
 
     def _quiet(self) -> bool:
-        """Whether nothing has arrived for a while."""
+        """Whether nothing has arrived for a while, in which this process had its turns."""
         count = sum(len(listener.messages) for listener in self._listeners)
         if count != self._count:
-            self._count, self._count_since = count, time.monotonic()
-        return time.monotonic() - self._count_since > QUIET_S
+            self._count, self._count_since, self._idle = count, time.monotonic(), 0
+        self._idle += 1
+        waited_s = min(time.monotonic() - self._count_since, self._idle * SPIN_S)
+        return waited_s > QUIET_S
 
-    def meet(self, kind: Any, name: str) -> Caller:
-        """Wait until a service and its client know each other; takes up to a second, once."""
-        if name not in self._callers:
-            self._callers[name] = Caller(kind, name, self.domain)
-        caller = self._callers[name]
-        self.spin_until(caller.known, f"the service {name}")
-        return caller
+    def meet(self, kind: Any, name: str) -> Any:
+        """Wait until a service and its client know each other, once; give the client.
+
+        A server that has not discovered a client yet drops its response after 100 ms, and has done
+        what was asked (rmw_fastrtps).
+        """
+        if name not in self._clients:
+            client = self._clients[name] = self.node.create_client(kind, name)
+            self.until_known(name.rpartition("/")[0])
+            self.spin_until(client.service_is_ready, f"the service {name}")
+        return self._clients[name]
 
     def call(self, kind: Any, name: str, request: Any = None) -> Any:
         """Call a service and return its response."""
-        answer = self.meet(kind, name).ask(kind.Request() if request is None else request)
-        self.spin_until(answer, f"an answer of {name}")
-        return answer()
+        given = kind.Request() if request is None else request
+        future = self.meet(kind, name).call_async(given)
+        self.spin_until(future.done, f"an answer of {name}")
+        return future.result()
 
     def close(self) -> None:
         """End everything."""
         for process in self._processes:
             process.close()
-        for caller in self._callers.values():
-            caller.close()
         self._executor.shutdown()
-        self.node.destroy_node()
+        for node in (*self._further, self.node):
+            node.destroy_node()
         self._context.try_shutdown()
         self.home.cleanup()
 

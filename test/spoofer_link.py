@@ -65,7 +65,7 @@ class Link:
             lambda: all(one.get_subscription_count() for one in self.publishers.values()),
             "the spoofer",
         )
-        self.report()  # who sends it knows the subscriptions that are older than this one
+        graph.until_known("gps_spoofer")
         self.sent: dict[str, list[Any]] = {name: [] for name in TOPICS}
 
     def send(self, count: int = 1, names: tuple[str, ...] = tuple(TOPICS)) -> None:

@@ -3,6 +3,8 @@
 
 python -m benchmarks.transcripts            writes benchmarks/transcripts/*.txt
 python -m benchmarks.transcripts --digest   prints a hash of every bit of each replay
+
+With names of replays only those.
 """
 
 from __future__ import annotations
@@ -17,9 +19,10 @@ from benchmarks.transcripts.transcript import REPLAYS, digest, transcript
 @click.command()
 @click.option("--digest", "only_digest", is_flag=True, help="Print hashes and write nothing.")
 @click.option("--rounded", is_flag=True, help="Hashes of the transcripts, not of every bit.")
-def main(only_digest: bool, rounded: bool) -> None:
+@click.argument("names", nargs=-1, type=click.Choice([one.name for one in REPLAYS]))
+def main(only_digest: bool, rounded: bool, names: tuple[str, ...]) -> None:
     """Run the replays."""
-    for replay in REPLAYS:
+    for replay in (one for one in REPLAYS if not names or one.name in names):
         run = replay.run()
         if only_digest:
             found = sha256(transcript(run).encode()).hexdigest() if rounded else digest(run)

@@ -8,24 +8,31 @@ import sys
 from pathlib import Path
 
 import pytest
+from kept import kept
 
 from benchmarks.transcripts.transcript import REPLAYS, Replay, digest, transcript
+from hijack_detect.evaluation.monitor.offline import OfflineRun
 
 ROOT = Path(__file__).parents[2]
+
+
+def run(replay: Replay) -> OfflineRun:
+    return kept(f"transcript {replay.name}", replay.run)
 
 
 @pytest.mark.parametrize("replay", REPLAYS, ids=lambda replay: replay.name)
 def test_the_monitor_says_what_it_said(replay: Replay) -> None:
     """After a change that is meant: python -m benchmarks.transcripts, and look at the diff."""
-    assert transcript(replay.run()) == replay.path.read_text(encoding="utf-8")
+    assert transcript(run(replay)) == replay.path.read_text(encoding="utf-8")
 
 
 def test_another_process_gives_the_same_bits() -> None:
-    command = [sys.executable, "-m", "benchmarks.transcripts", "--digest"]
+    name = REPLAYS[2].name
+    command = [sys.executable, "-m", "benchmarks.transcripts", "--digest", name]
     done = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True)
-    told = dict(reversed(line.split()) for line in done.stdout.splitlines())
-    assert told[REPLAYS[2].name] == digest(REPLAYS[2].run())
-    assert len(set(told.values())) == len(REPLAYS)
+    own = {replay.name: digest(run(replay)) for replay in REPLAYS}
+    assert done.stdout.splitlines() == [f"{own[name]} {name}"]
+    assert len(set(own.values())) == len(REPLAYS)
 
 
 def test_the_transcripts_show_alerts_and_scores() -> None:

@@ -81,12 +81,12 @@ def test_an_attack_is_seen_from_the_first_alarm_to_the_end_of_the_monitor(
     graph.start("bag_replay", parameters={**given, "wait_for": "fusion monitor live"})
     page.goto(url)
     word = page.locator("#word")
-    expect(word).to_have_text("normal", timeout=20_000)
+    expect(word).to_have_text("normal", timeout=60_000)
     assert held(graph) == (["/parameter_events"], [])
     assert page.evaluate(RATE, 2.0) >= 9.0
     assert page.evaluate(COAST_ABOVE_THE_LIMIT) == 0
     expect(word).to_have_text("normal")
-    expect(word).to_have_text("alarm", timeout=30_000)
+    expect(word).to_have_text("alarm", timeout=60_000)
     expect(page.locator("#since")).to_contain_text("0:4")
     expect(page.locator("#why")).to_contain_text("coast")
     graph.spin_until(lambda: page.evaluate(COAST_ABOVE_THE_LIMIT) > 20, "the curve of coast")

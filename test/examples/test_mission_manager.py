@@ -9,12 +9,20 @@ import time
 from diagnostic_msgs.msg import DiagnosticArray
 from live import SECOND
 from mission_manager import GO_ON, HOLD, LAND, SILENT_S, START_S, Guard
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from ros import KEEP_ALL, Graph
 from std_msgs.msg import Bool, String
 
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.nodes.messages import verdict_message
 from hijack_detect.nodes.qos import STATE
+
+EVERY_STATE = QoSProfile(
+    history=HistoryPolicy.KEEP_ALL,
+    reliability=ReliabilityPolicy.RELIABLE,
+    durability=DurabilityPolicy.TRANSIENT_LOCAL,
+)
+"""The first command is published 0.2 s after the start, to whoever is known by then."""
 
 
 def test_silence_holds_and_a_word_goes_on() -> None:
@@ -36,7 +44,7 @@ def test_an_alert_lands_whatever_comes_until_it_is_acknowledged() -> None:
 
 
 def test_it_lands_on_an_alert_and_takes_silence_for_a_fault(graph: Graph) -> None:
-    said = graph.listen(String, "mission/command")
+    said = graph.listen(String, "mission/command", EVERY_STATE)
     landed = graph.node.create_publisher(Bool, "landed", 1)
     coast = graph.node.create_publisher(DiagnosticArray, "coast/verdict", KEEP_ALL)
     fusion = graph.start("fusion", parameters={"policy": "any"})
@@ -57,9 +65,10 @@ def test_it_lands_on_an_alert_and_takes_silence_for_a_fault(graph: Graph) -> Non
     fusion.wait()
     assert until(GO_ON, HOLD, GO_ON, HOLD) < SILENT_S + 1.0
 
+    dead = graph.subscribers("coast/verdict")
     fusion = graph.start("fusion", parameters={"policy": "any"})
     until(GO_ON, HOLD, GO_ON, HOLD, GO_ON)
-    graph.spin_until(coast.get_subscription_count, "the new fusion")
+    graph.until_subscribed(coast, dead=dead)
     # The other detectors are silent, and are waited for until the fusion's patience is over.
     for second in range(10):
         stamp_ns = (1_700_000_000 + second) * SECOND

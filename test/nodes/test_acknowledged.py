@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import signal
+from collections.abc import Collection
 from typing import Any
 
 import pytest
@@ -23,9 +24,7 @@ from hijack_detect.streams.samples import Phase, PhaseSample
 def test_late_and_best_effort_subscribers(graph: Graph) -> None:
     link = Link(graph, mode="hard", keep=4)
     quick = graph.listen(NavSatFix, "gps/fix", SENSOR)
-    graph.spin_until(
-        lambda: len(graph.node.get_subscriptions_info_by_topic("/gps/fix")) == 2, "both"
-    )
+    graph.until_known("gps_spoofer")
     link.send(6)
     late = graph.listen(NavSatFix, "gps/fix", remembered(100))
     graph.spin_until(lambda: len(late.messages) >= 4, "what is kept")
@@ -55,38 +54,27 @@ def test_an_analyser_that_is_killed_misses_nothing(
     link = Link(graph)
     phases = graph.node.create_publisher(DiagnosticArray, "flight_phase", KEEP_ALL)
 
-    def fly(analysers: int) -> None:
+    def fly(*analysers: str, dead: Collection[bytes] = frozenset()) -> None:
         """Say that no phase comes before the fixes are over: nothing has to wait for one."""
+        graph.until_known(*analysers)
         if node == "kld_detector":
-            graph.spin_until(lambda: phases.get_subscription_count() >= analysers, "subscriptions")
+            graph.until_subscribed(phases, len(analysers), dead)
             over_ns = START_NS + 1000 * STEP_NS
             phases.publish(phase_message(PhaseSample(over_ns, Phase.FLYING, over_ns, "flies")))
-
-    def until_known(*analysers: str) -> None:
-        """Wait until new reports come: who sends them knows this node's older subscriptions."""
-        seen = len(link.diagnostics.messages)
-        wanted = {f"/{analyser}: inputs" for analyser in analysers}
-        graph.spin_until(
-            lambda: (
-                wanted
-                <= {one.name for each in link.diagnostics.messages[seen:] for one in each.status}
-            ),
-            "reports of the analysers",
-        )
 
     link.node.signal(signal.SIGSTOP)  # so that no output is lost before this node is known
     # The parameters of the file are those of the node's own name.
     patience = ("-p", "patience_s:=3600.0") if node == "kld_detector" else ()
     graph.start(node, *acknowledged, *patience, *beside)
     analyser = graph.start(node, *acknowledged)
-    until_known("steady", node)
-    fly(2)
+    fly("steady", node)
     link.node.signal(signal.SIGCONT)
     link.send(20)
     assert link.change(mode="hard") == ""
     link.send(20)
     first = 40 - behind
     graph.spin_until(lambda: len(outputs.messages) >= first, "outputs of the first")
+    dead = graph.subscribers("flight_phase")
     analyser.signal(signal.SIGKILL)
     assert analyser.wait() == -signal.SIGKILL
     link.send(20)
@@ -94,8 +82,7 @@ def test_an_analyser_that_is_killed_misses_nothing(
     link.report(unacknowledged=unacknowledged)
     link.node.signal(signal.SIGSTOP)
     again = graph.start(node, *acknowledged)
-    until_known(node)
-    fly(2)
+    fly(node, dead=dead)
     link.node.signal(signal.SIGCONT)
     link.send(20)
     everything = 80 - behind

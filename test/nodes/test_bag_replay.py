@@ -15,7 +15,7 @@ from geometry_msgs.msg import TwistStamped
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
 from rclpy.serialization import deserialize_message
-from ros import Graph, Listener, RosProcess
+from ros import READY, Graph, Listener, RosProcess
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, NavSatFix
 from small_bags import (
@@ -49,11 +49,13 @@ SECOND = 1_000_000_000
 
 
 def replay(graph: Graph, bag: Path, *ros_arguments: str, **parameters: Any) -> RosProcess:
-    return graph.start(
-        "bag_replay",
-        *ros_arguments,
-        parameters={"bag": bag, "rate": 20.0, "wait_for": "test", "settle_s": 0.3, **parameters},
-    )
+    """Start a replay that begins when it knows all that listens now; or when `wait_for` says."""
+    given = {"bag": bag, "rate": 20.0, "wait_for": READY, "settle_s": 0.0, **parameters}
+    node = graph.start("bag_replay", *ros_arguments, parameters=given)
+    space = next((one.partition(":=")[2] for one in ros_arguments if "__ns" in one), "")
+    graph.until_known(f"{space}/bag_replay")
+    graph.be_ready()
+    return node
 
 
 def listen_to_all(graph: Graph, prefix: str = "") -> dict[str, Listener]:

@@ -45,39 +45,41 @@ class Monitored:
         self.verdict = graph.listen(DiagnosticArray, "fusion/verdict")
         self.diagnostics = graph.listen(DiagnosticArray, "/diagnostics")
         self.node: RosProcess = graph.start("fusion", parameters=parameters)
-        self._publishers = {
+        self.publishers = {
             name: graph.node.create_publisher(DiagnosticArray, f"{name}/verdict", KEEP_ALL)
             for name in DETECTORS
             if name not in silent
         }
         graph.spin_until(
-            lambda: all(one.get_subscription_count() for one in self._publishers.values()),
+            lambda: all(one.get_subscription_count() for one in self.publishers.values()),
             "subscriptions of fusion",
         )
-        topics = ("fusion/verdict", "hijack_confidence")
-        graph.spin_until(lambda: all(map(graph.node.count_publishers, topics)), "its topics")
+        graph.until_known("fusion")
         self._stamp_ns = START_NS
         self._sent = 0
 
-    def say(self, seconds: float, *, answered: bool = True, **states: State) -> None:
+    def say(
+        self, seconds: float, *, answered: bool = True, acknowledged: bool = True, **states: State
+    ) -> None:
         """Let every detector say something for a while; NORMAL unless told otherwise.
 
         Each step waits for the fusion's answers, or, with a silent detector, until everything has
-        arrived, or without `answered`, so none runs ahead by more than a step.
+        arrived, or without `answered`, so none runs ahead by more than a step. A killed fusion
+        acknowledges nothing, and is forgotten after 20 s: without `acknowledged` nothing waits.
         """
         for _ in range(round(seconds * SECOND / STEP_NS)):
             self._stamp_ns += STEP_NS
-            for name, publisher in self._publishers.items():
+            for name, publisher in self.publishers.items():
                 state = states.get(name, State.NORMAL)
                 score = 2.0 if state is State.ALARM else 0.25
                 verdict = Verdict(name, self._stamp_ns, state, score, 1.0, f"{name} says so")
                 publisher.publish(verdict_message(verdict))
                 self._sent += 1
-            if answered and len(self._publishers) == len(DETECTORS):
+            if answered and len(self.publishers) == len(DETECTORS):
                 self.settle()
-            else:
+            elif acknowledged:
                 self.graph.spin_until(
-                    lambda: all(p.wait_for_all_acked(NOW) for p in self._publishers.values()),
+                    lambda: all(p.wait_for_all_acked(NOW) for p in self.publishers.values()),
                     "acknowledgements",
                 )
 
@@ -247,8 +249,8 @@ def test_when_nothing_comes_it_says_so_and_until_a_detector_can_tell_again(graph
     began = len(monitored.verdict.messages)
     unready = dict.fromkeys(CARRY_OFF, State.NOT_READY)
     monitored.say(3.0, answered=False, **unready)  # the first second after a gap is left out
+    graph.spin_until(lambda: len(monitored.verdict.messages) > began + 20, "answers")
     graph.spin_until_quiet()
-    assert len(monitored.verdict.messages) > began + 20
     assert {*monitored.states()[began:]} == {"stale"}
     assert all(math.isnan(one.data) for one in monitored.confidence.messages[began:])
     monitored.say(0.4, answered=False)
@@ -321,15 +323,19 @@ def test_an_alert_survives_a_crash_and_not_a_stop(graph: Graph) -> None:
     monitored.node.wait()
 
     again = graph.listen(Bool, "hijack_alert", STATE)
+    dead = set.union(*(graph.subscribers(f"{name}/verdict") for name in DETECTORS))
     node = graph.start("fusion")
     graph.spin_until(lambda: again.messages, "the alert after a restart")
+    for publisher in monitored.publishers.values():
+        graph.until_subscribed(publisher, dead=dead)
     assert again.messages[0].data is True
     assert "goes on after a restart: coast says so [coast, 2.0 × its limit]" in node.output
-    monitored.say(1.0, answered=False)  # a verdict says nothing against it
+    crashed = {"answered": False, "acknowledged": False}
+    monitored.say(1.0, **crashed)  # a verdict says nothing against it
     assert graph.call(Trigger, "fusion/reset").success
     graph.spin_until(lambda: again.messages[-1].data is False, "the reset")
 
-    monitored.say(2.0, coast=State.ALARM, answered=False)
+    monitored.say(2.0, coast=State.ALARM, **crashed)
     graph.spin_until(lambda: again.messages[-1].data is True, "the next alert")
     assert node.interrupt() == 0
     fresh = graph.listen(Bool, "hijack_alert", STATE)

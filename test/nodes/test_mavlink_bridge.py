@@ -35,6 +35,7 @@ from std_msgs.msg import Bool, UInt32
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.bags.samples import read_samples
 from hijack_detect.detectors.verdict import State
+from hijack_detect.mavlink.clock import SLEW
 from hijack_detect.nodes.qos import ALERT
 from hijack_detect.nodes.running import EXIT_BAD_INPUT
 from hijack_detect.spoofing.scenario import load_scenario
@@ -121,6 +122,8 @@ class Flight:
         self.node: RosProcess
 
     def start(self, **parameters: Any) -> None:
+        heard = ("hijack_alert", "fusion/verdict")
+        self._dead = set.union(*map(self.graph.subscribers, heard))
         given = {"connection": self.connection, **parameters}
         self.node = self.graph.start("mavlink_bridge", parameters=given)
 
@@ -128,8 +131,9 @@ class Flight:
         imu = self.heard["imu/data_raw"].messages
         first = len(imu)
         self.graph.spin_until(lambda: len(imu) >= first + count, "an Imu")
-        self.graph.spin_until(self.alert.get_subscription_count, "who hears the alert")
-        self.graph.spin_until(self.verdict.get_subscription_count, "who hears the verdict")
+        for publisher in (self.alert, self.verdict):
+            self.graph.until_subscribed(publisher, dead=self._dead)
+        self.graph.until_known("mavlink_bridge")
 
     def say(self, *, alert: bool, since: str = "123", cause: str = "coast alarm") -> None:
         """Say what the fusion would."""
@@ -191,6 +195,18 @@ def off_s(flight: Flight, message: Any, own_us: int) -> float:
     return stamp_ns(message) * 1e-9 - (flight.peer.local_s(own_us) + wall_less_steady)
 
 
+def assert_steady(stamps: list[int]) -> None:
+    """No delay of any message is seen in stamps of 100 Hz.
+
+    The offset of the clocks moves at SLEW at most, of the time between two arrivals: a machine that
+    is busy for 0.1 s puts that into one step, and into the sum what it puts there anyway.
+    """
+    off = sorted(abs(b - a - 10_000_000) for a, b in itertools.pairwise(stamps))
+    assert sum(off) <= 2.0 * SLEW * (stamps[-1] - stamps[0])
+    assert off[len(off) * 9 // 10] < 50_000
+    assert off[-1] < 1_000_000
+
+
 def test_ardupilot_in_mavlink_1(fly: Fly) -> None:
     flight = fly(schedule=scaled("raw_imu"), v1=True, refused=("HIGHRES_IMU", "SCALED_IMU"))
     flight.start(imu_rate_hz=50.0, gps_rate_hz=4.0)
@@ -213,17 +229,11 @@ def test_ardupilot_in_mavlink_1(fly: Fly) -> None:
     field = heard["mag"][-1].magnetic_field
     assert (field.x, field.y, field.z) == pytest.approx((210e-7, 40e-7, -430e-7))
     assert heard["pressure"][-1].fluid_pressure == pytest.approx(95_325.0)
-    steps = {stamp_ns(b) - stamp_ns(a) for a, b in itertools.pairwise(heard["imu/data_raw"])}
-    assert max(abs(step - 10_000_000) for step in steps) < 100_000
+    assert_steady([stamp_ns(one) for one in heard["imu/data_raw"]])
     lag = stamp_ns(heard["gps/fix"][-1]) % (SECOND // 5) - stamp_ns(imu) % (SECOND // 100)
     assert abs((lag * 1e-9 + GPS_LATE_US * 1e-6 + 0.001) % 0.01 - 0.001) < 0.001
-    assert flight.peer.asked[:5] == [
-        "HIGHRES_IMU 20000",
-        "SCALED_IMU 20000",
-        "RAW_IMU 20000",
-        "GPS_RAW_INT 250000",
-        "SCALED_PRESSURE 250000",
-    ]
+    imus = [f"{name} 20000" for name in ("HIGHRES_IMU", "SCALED_IMU", "RAW_IMU")]
+    assert flight.peer.asked[:5] == [*imus, "GPS_RAW_INT 250000", "SCALED_PRESSURE 250000"]
     (beat, *_) = flight.peer.of("HEARTBEAT")
     assert (beat.type, beat.autopilot) == (18, 8), "an onboard controller, no autopilot"
     assert (beat.get_srcSystem(), beat.get_srcComponent()) == (1, 191)
@@ -258,8 +268,7 @@ def test_px4_in_mavlink_2_with_time_synchronised(fly: Fly) -> None:
     first_us = round((flight.peer.local_s(0)) * 1e6)
     since_tick_s = ((own_us - first_us) % 10_000) * 1e-6
     assert min(since_tick_s, 0.01 - since_tick_s) < 0.003, "a tick of the autopilot's clock"
-    stamps = [stamp_ns(one) for one in heard["imu/data_raw"]]
-    assert max(abs(b - a - 10_000_000) for a, b in itertools.pairwise(stamps)) < 50_000
+    assert_steady([stamp_ns(one) for one in heard["imu/data_raw"]])
     assert flight.peer.of("HEARTBEAT")[-1].get_srcSystem() == 7
     assert flight.peer.of("HEARTBEAT")[-1].get_srcComponent() == 192
     flight.say(alert=True)
@@ -381,8 +390,9 @@ def test_a_serial_port_and_signed_messages(fly: Fly, tmp_path: Path) -> None:
     flight.until_logged("MAV_CMD_USER_1, parameter 1 = 1, sent once, accepted")
     (command,) = flight.peer.commands()
     assert (command.command, command.param1, command.get_signed()) == (31010, 1.0, True)
-    told = values_of(flight.status("SCALED_IMU is published"))
-    assert told["bad: not signed with the key"] == "1"
+    refused = "bad: not signed with the key"
+    told = [values_of(flight.status("SCALED_IMU is published")).get(refused) for _ in range(2)]
+    assert told[-1] == "1", "the first report may have been made before it came"
     assert flight.node.interrupt() == 0
 
 
@@ -448,8 +458,8 @@ def as_messages(start_s: float, end_s: float) -> Callable[[Any], Schedule]:
 
 @pytest.mark.slow
 def test_a_spoofed_flight_over_mavlink_ends_in_a_landing(fly: Fly) -> None:
-    """At five times its speed, the peer's clock included."""
-    speed = 5.0
+    """At three times its speed, the peer's clock included: nothing slows an autopilot down."""
+    speed = 3.0
     flight = fly(schedule=lambda _: iter(()), dialect="common", autopilot="PX4", speed=speed)
     monitor = flight.graph.start(
         "all", "--params-file", str(ROOT / "config/default.yaml"), "--params-file",
@@ -458,18 +468,24 @@ def test_a_spoofed_flight_over_mavlink_ends_in_a_landing(fly: Fly) -> None:
     alerts = flight.graph.listen(Bool, "hijack_alert", ALERT)
     verdicts = flight.graph.listen(DiagnosticArray, "fusion/verdict")
     sent = list(as_messages(*PART_S)(flight.peer.mavlink))
-    onset = next(one for at, one in sent if at >= ONSET_US and one.get_type() == "GPS_RAW_INT")
+    false = {
+        (one.lat, one.lon) for at, one in sent if at >= ONSET_US and one.get_type() == "GPS_RAW_INT"
+    }
     flight.start(command="land", speed=speed)
     flight.graph.spin_until(lambda: alerts.messages, "the monitor")
+    flight.graph.until_known("fusion", "mavlink_bridge")
     flight.until_logged("asked for SCALED_PRESSURE")
     flight.status("no autopilot with heartbeat and IMU")
     flight.peer.play(lambda _: sent)
-    flight.graph.spin_until(flight.peer.commands, "a command", 40.0)
-    (onset_ns,) = (
+    flight.graph.spin_until(flight.peer.commands, "a command")
+    # A busy machine loses messages of a link over UDP, the first false fix like any other.
+    heard = [
         stamp_ns(one)
         for one in flight.heard["gps/fix"].messages
-        if (round(one.latitude * 1e7), round(one.longitude * 1e7)) == (onset.lat, onset.lon)
-    )
+        if (round(one.latitude * 1e7), round(one.longitude * 1e7)) in false
+    ]
+    assert heard, f"a command before the attack: {flight.peer.texts()}\n{monitor.output}"
+    onset_ns = heard[0]
 
     def since() -> list[int]:
         told = [values_of(one.status[0]) for one in verdicts.messages]

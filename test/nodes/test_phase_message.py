@@ -48,7 +48,7 @@ def test_phase_and_a_wrong_imu_are_told_on_diagnostics(graph: Graph) -> None:
     process = graph.start("flight_phase")
     output = graph.node.create_publisher(Imu, "imu/data_raw", KEEP_ALL)
     graph.spin_until(output.get_subscription_count, "its subscription")
-    graph.spin_until(lambda: graph.node.count_publishers("/flight_phase"), "its topic")
+    graph.until_known("flight_phase")
 
     def told() -> list[DiagnosticStatus]:
         found = [one for message in diagnostics.messages for one in message.status]

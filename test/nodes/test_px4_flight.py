@@ -71,18 +71,12 @@ class Ride:
         }
 
     def ready(self, graph: Graph, told: Listener) -> bool:
-        """Whether the bridge knows this PX4 and the monitor, and the monitor and this test meet.
-
-        Endpoints of a participant are discovered in the order in which they were made: a monitor
-        whose /diagnostics reach this test knows what it subscribed before, and is known by it.
-        """
+        """Whether the bridge knows this PX4, and every subscription that this test knows."""
         served = px4_vehicle.subscribers(told, self.space)
         inputs = [f"{self.space}/{topic}" for _, topic in OUTPUTS.values()]
-        names = {one.name.partition(":")[0] for array in told.messages for one in array.status}
-        return (
-            self.vehicle.heard(told, self.space)
-            and f"{self.space}/fusion" in names
-            and all(served.get(one, 0) >= graph.node.count_subscribers(one) for one in inputs)
+        counts = {one: graph.node.count_subscribers(one) for one in inputs}
+        return self.vehicle.heard(told, self.space) and all(
+            0 < count <= served.get(one, 0) for one, count in counts.items()
         )
 
     def counts(self, told: Listener, what: str) -> list[int]:
@@ -96,10 +90,13 @@ class Ride:
         counts = (came - refused for came, refused in zip(all_of, bad, strict=True))
         return dict(zip(px4_vehicle.TOPICS, counts, strict=True))
 
-    def behind(self, fixes: int) -> int:
-        """How many of the fixes that were sent the monitor has not used; it gets none at first."""
+    def behind(self, fixes: int, heard: Listener | None = None) -> int:
+        """How many of the fixes that were sent the monitor has not used; it gets none at first.
+
+        Or how many are not `heard` of by a listener.
+        """
         aligning = 5 if self.from_ns else 0
-        return fixes - aligning - len(self.courses.messages)
+        return fixes - aligning - len((heard or self.courses).messages)
 
     def shift_ns(self) -> int:
         """How far all stamps are moved."""
@@ -128,6 +125,8 @@ def test_a_flight_over_px4_msgs_gives_the_same_verdicts(graph: Graph) -> None:
         Ride(graph, "/uav2", flight, ("fusion",), BOOT_US),
     ]
     told = graph.listen(DiagnosticArray, "/diagnostics")
+    for ride in rides:
+        graph.until_known(*(f"{ride.space}/{name}" for name in ("px4_bridge", "fusion", "monitor")))
     graph.spin_until(lambda: all([ride.ready(graph, told) for ride in rides]), "all nodes", 60.0)
 
     fixes = 0
@@ -142,7 +141,9 @@ def test_a_flight_over_px4_msgs_gives_the_same_verdicts(graph: Graph) -> None:
             fixes += 1
             graph.spin_until(followed, "the monitor to follow")
     sent = Counter(name for name, _, _ in rides[0].sent)
-    graph.spin_until_quiet()
+    for ride in rides:
+        graph.spin_until(lambda r=ride: r.behind(fixes, r.fixes) <= 0, "every fix")
+        graph.spin_until(lambda r=ride: r.behind(fixes) <= 1, "the course of all but the last")
 
     monitor = Monitor(policy_parameters("default"))
     heard = px4_vehicle.heard(flight, 0)
@@ -150,6 +151,8 @@ def test_a_flight_over_px4_msgs_gives_the_same_verdicts(graph: Graph) -> None:
     for name in DETECTORS:
         told_of = rides[0].verdicts[name].messages
         wanted = [verdict_message(one) for one in offline.verdicts[name]]
+        least = len(wanted) - 1
+        graph.spin_until(lambda of=told_of, n=least: len(of) >= n, f"the last verdict of {name}")
         assert abs(len(told_of) - len(wanted)) <= 1, "the last fix of a flight waits for the next"
         assert_same(name, told_of[: len(wanted)], wanted[: len(told_of)])
     assert rides[0].alert_ns() == next(one.stamp_ns for one in offline.results if one.alert)

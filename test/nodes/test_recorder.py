@@ -182,8 +182,8 @@ def test_a_replay_at_any_rate_gives_the_same_seconds(graph: Graph, tmp_path: Pat
     recorder = graph.start("recorder", *lossless, parameters={"folder": tmp_path})
     start_monitor(graph, "default", [COMPOSED])
     scenario = ROOT / "config/scenarios/turn_away_track.yaml"
-    waited = "fusion monitor recorder"
-    replay(graph, CURVED, 90.0, rate=6.0, scenario=scenario, wait_for=f"'{waited}'")
+    nodes = ("fusion", "monitor", "recorder")
+    replay(graph, CURVED, 120.0, nodes, rate=6.0, scenario=scenario)
     # Only the newest path is kept for who hears of it late.
     graph.spin_until(
         lambda: paths.messages and ".part" not in paths.messages[-1].data, "the whole snapshot"

@@ -5,11 +5,10 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from functools import lru_cache
 from pathlib import Path
 
 import pytest
-from live import SCENARIO, SECOND
+from live import SCENARIO, SECOND, offline
 from ros import ROOT
 from small_bags import START_NS, STEP_NS, flight, raw, write
 
@@ -25,11 +24,8 @@ BAGS = ("curved_8", "straight_3", "curved_no_velocity_5")
 WITHIN_S = 10.0
 
 
-@lru_cache
 def run(bag: str, policy: str, *, spoofed: bool) -> OfflineRun:
-    scenario = load_scenario(SCENARIO) if spoofed else None
-    with BagReader(ROOT / "bags" / bag) as reader:
-        return run_offline(reader, policy_parameters(policy), scenario)
+    return offline(ROOT / "bags" / bag, policy, SCENARIO if spoofed else None)
 
 
 @pytest.mark.parametrize("policy", POLICIES)

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from live import SCENARIO, offline
 from ros import ROOT
 from rosbags.rosbag2 import Reader
 from rosbags.rosbag2 import Writer as RosbagsWriter
@@ -30,7 +31,7 @@ from hijack_detect.spoofing.scenario import ScenarioError, load_scenario, parse_
 from hijack_detect.streams.samples import NANOSECONDS, FixSample
 
 JUMP = parse_scenario(SPOOF_TEXT)
-TURN = load_scenario(ROOT / "config/scenarios/turn_away_track.yaml")
+TURN = load_scenario(SCENARIO)
 GPS = ("/gps/fix", "/gps/vel")
 Injected = Callable[..., tuple[BagReader, BagReader, Injection]]
 
@@ -107,7 +108,7 @@ def test_the_copy_says_what_the_original_says_with_the_scenario(
     injected: Injected, policy: str
 ) -> None:
     before, after, _ = injected(ROOT / "bags/curved_8", TURN)
-    live = run_offline(before, policy_parameters(policy), TURN)
+    live = offline(before.path, policy, SCENARIO)
     copy = run_offline(after, policy_parameters(policy), truth=truth_track(after))
     assert copy.verdicts == live.verdicts
     assert copy.results == live.results
