@@ -58,8 +58,7 @@ TOPICS = {
     "pressure": FluidPressure,
 }
 SUBJECT = "/mavlink_bridge: mavlink"
-PART_S = (12.0, 80.0)
-ONSET_US = BOOT_US + 48_000_000
+PART_S, ONSET_US = (12.0, 80.0), BOOT_US + 48_000_000
 GPS_LATE_US = 150_000
 """A fix is measured so long before it is sent."""
 
