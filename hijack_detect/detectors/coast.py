@@ -308,7 +308,6 @@ class CoastDetector:
             self._hold()
         else:
             self._learn(stamp_ns, free)
-            self._usual.add(stamp_ns, score**3)
         if scale > p.max_noise_scale:
             self._persistence.reset()
             reason = f"IMU and GPS disagree {scale:.1f} times more than they should{beside}"
@@ -320,6 +319,8 @@ class CoastDetector:
                 f"{beside}"
             )
             return Verdict(self.NAME, stamp_ns, State.NOT_OBSERVABLE, 0.0, limit, reason, values)
+        if score <= limit:
+            self._usual.add(stamp_ns, score**3)
         state = self._persistence.state(stamp_ns, score > limit)
         if state is State.NORMAL and score > p.suspicious_margin * limit:
             state = State.SUSPICIOUS

@@ -305,7 +305,7 @@ def test_the_limit_follows_the_scores_of_the_past(judged: list[Verdict]) -> None
         assert spoken[k].values["usual_score"] == pytest.approx(usual, rel=0.1)
     for one in spoken:
         wanted = min(max(4.4 * one.values["usual_score"], 2.4), 4.4)
-        assert one.threshold == pytest.approx(wanted, rel=0.05), "a value may be a fix newer"
+        assert one.threshold == pytest.approx(wanted, rel=1e-12)
     assert min(one.threshold for one in spoken) < 2.7, "a quiet vehicle"
 
 
