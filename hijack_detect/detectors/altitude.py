@@ -140,6 +140,7 @@ class AltitudeDetector:
         if barometric is not None:
             values["barometer_margin"] = barometric.margin
             values["barometer_limit"] = self._barometer.part
+            values["height_sigma"] = self._barometer.sigma
             values["smallest_step"] = self._barometer.smallest(1.0)
             values["smallest_ramp"] = self._barometer.smallest(RAMP_S) / RAMP_S
         if inertial is not None:

@@ -37,50 +37,60 @@ class AltitudeParameters(Parameters):
         low=1.0,
         high=120.0,
     )
-    baro_step_m: float = param(
-        3.0,
-        "Change of the difference between GPS height and barometer that is normal over any "
-        "time with a poor receiver or barometer: noise and propeller wash. Raise it for a "
-        "barometer without a foam.",
+    wander_m: float = param(
+        3.8,
+        "Gauss-Markov error of the GPS height of a poor receiver (part 1): standard deviation.",
         unit="m",
         low=0.1,
         high=100.0,
     )
-    baro_wander_m: float = param(
-        1.2,
-        "Grows with the square root of the time: after t seconds baro_wander_m * sqrt(t) more is "
-        "normal. GPS height wanders by metres in a minute.",
-        unit="m/√s",
-        low=0.0,
-        high=10.0,
+    wander_s: float = param(
+        90.0,
+        "Time constant of that error. Recorded receivers have 60 to more than 120 s.",
+        unit="s",
+        low=1.0,
+        high=3600.0,
+    )
+    height_noise_m: float = param(
+        1.05,
+        "White noise beside it: receiver, propeller wash. Raise it for a barometer without a foam.",
+        unit="m",
+        low=0.01,
+        high=100.0,
+    )
+    height_sigmas: float = param(
+        3.5,
+        "A change of the difference between GPS height and barometer within 1 to 60 s is normal "
+        "up to so many standard deviations.",
+        low=1.0,
+        high=20.0,
     )
     baro_floor: float = param(
         0.5,
-        "A good receiver and barometer earn limits of this part of baro_step_m and "
-        "baro_wander_m, after 30 s in the air. They start with 2.5 times the whole.",
+        "A good receiver and barometer earn limits of this part of those of a poor pair, after "
+        "30 s in the air. They start with 2.5 times the whole.",
         low=0.05,
         high=1.0,
     )
     baro_gain: float = param(
-        3.0,
+        2.75,
         "The part is so many times the largest change of the flight's past.",
         low=1.0,
         high=20.0,
     )
     baro_ceiling: float = param(
         2.0,
-        "The part is never more in flight, whatever the flight shows or the receiver claims: what "
-        "an attacker can gain by jamming or by training.",
+        "The part is never more in flight for what a receiver claims: what an attacker can gain "
+        "by jamming.",
         low=1.0,
         high=10.0,
     )
-    poor_accuracy_m: float = param(
-        8.0,
-        "Vertical accuracy of a receiver (one standard deviation, its own claim) that is worth a "
-        "part of 1. In proportion for others.",
-        unit="m",
-        low=0.5,
-        high=100.0,
+    baro_highest: float = param(
+        3.0,
+        "The part is never more in flight, for a receiver that claims to be poor and was seen to "
+        "wander.",
+        low=1.0,
+        high=10.0,
     )
     lag_share: float = param(
         0.5,
@@ -91,8 +101,8 @@ class AltitudeParameters(Parameters):
     )
     baro_total_m: float = param(
         12.0,
-        "Largest normal distance of the difference from its slowly adapting reference. Raise it "
-        "for receivers that see few satellites.",
+        "Least normal distance of the difference from its slowly adapting reference. It is more "
+        "for a receiver that claims or shows to be poor.",
         unit="m",
         low=0.5,
         high=200.0,

@@ -8,7 +8,7 @@ from collections import deque
 from dataclasses import dataclass
 
 from hijack_detect.detectors.altitude_parameters import AltitudeParameters
-from hijack_detect.detectors.learned_level import LearnedLevel
+from hijack_detect.detectors.height_error import HeightError
 from hijack_detect.estimation.barometer import pressure_height
 from hijack_detect.estimation.ekf import GRAVITY
 from hijack_detect.streams.samples import NANOSECONDS, FixSample, PressureSample, VelocitySample
@@ -29,8 +29,6 @@ comes back settles anew."""
 LONGEST_OUTAGE_NS = 120 * NANOSECONDS
 """The reference from before an outage of the receiver alone is worth something for as long: on real
 flights outages take up to 70 s, and a barometer moves by a metre or two meanwhile."""
-VERTICAL_OF_HORIZONTAL = 1.7
-"""Vertical over horizontal deviation of a receiver under an open sky (VDOP over HDOP)."""
 LAG_NS = 2 * NANOSECONDS
 """A sluggish receiver's height is behind by as long: filters of old single-frequency receivers."""
 LEVEL_M = 1.0
@@ -86,9 +84,8 @@ class _Past:
 class BarometerCheck:
     """Compares changes of GPS height with those of the barometer over 1 to 60 s, and in total.
 
-    Over a horizon of t seconds `part (baro_step_m + baro_wander_m √t)` is normal. The part is what
-    receiver and barometer of this flight are worth, see `LearnedLevel`, and at least what the
-    receiver claims; it has bounds. More is normal where the vehicle climbed or changed its speed.
+    What is normal over a horizon says `HeightError`, from what receiver and barometer of this
+    flight are worth. More is normal where the vehicle climbed or changed its speed.
     The reference of the total is the mean of the last seconds before the flight. It follows slowly,
     at most `reference_rate`, and not at all while anything is suspicious.
 
@@ -105,8 +102,7 @@ class BarometerCheck:
         self._p = p = parameters
         self._pressures: deque[tuple[int, float]] = deque()
         self._lag_ns = round(p.gps_lag_s * NANOSECONDS)
-        self._learned = LearnedLevel(p.baro_floor, p.baro_gain, p.baro_ceiling)
-        self._claimed = 0.0
+        self._error = HeightError(p)
         self._settled_ns: int | None = None
         self._broken_ns = 0
         """Stamp of the last pressure after a gap."""
@@ -135,11 +131,16 @@ class BarometerCheck:
     @property
     def part(self) -> float:
         """The present limits over the horizons as a part of those of a poor pair."""
-        return max(self._learned.part, self._claimed)
+        return self._error.part
+
+    @property
+    def sigma(self) -> float:
+        """Deviation of the wander of the height that is allowed now, metres."""
+        return self._error.sigma
 
     def smallest(self, horizon_s: float) -> float:
         """Smallest change of the height, in level flight, that is seen over a horizon, metres."""
-        return self.part * self._full(horizon_s)
+        return self.part * self._error.poor(horizon_s)
 
     def pressure(self, sample: PressureSample) -> None:
         """Take a pressure."""
@@ -173,7 +174,7 @@ class BarometerCheck:
             self.restart()
             if self._broken_ns <= last.t_ns and fix.stamp_ns - last.t_ns <= LONGEST_OUTAGE_NS:
                 self._held = held
-        self._claim(fix)
+        self._error.claim(fix)
         point = self._point(fix, velocity, baro, at_ns)
         pasts = [past.add(point) for past in self._past]
         if self._waits(point, pasts, airborne):
@@ -206,13 +207,6 @@ class BarometerCheck:
             return None
         text = f"The GPS height came back {off:+.1f} m off the barometer (limit {limit:.1f})"
         return Finding(abs(off) / limit, text)
-
-    def _claim(self, fix: FixSample) -> None:
-        """The part that the receiver's own accuracy explains."""
-        claimed_m = fix.vertical_accuracy_m
-        if claimed_m is None and fix.accuracy_m is not None:
-            claimed_m = VERTICAL_OF_HORIZONTAL * fix.accuracy_m
-        self._claimed = min(self._p.baro_ceiling, (claimed_m or 0.0) / self._p.poor_accuracy_m)
 
     def _waits(self, point: _Point, pasts: list[_Point | None], airborne: bool) -> bool:
         """Whether the vehicle stands, or the receiver has not settled since."""
@@ -290,9 +284,6 @@ class BarometerCheck:
         at += max(-limit, min(limit, step)) * self._interval_s
         self._reference = (at, baro, head)
 
-    def _full(self, horizon_s: float) -> float:
-        return self._p.baro_step_m + self._p.baro_wander_m * math.sqrt(horizon_s)
-
     def _allowance(self, climbed_m: float, head_m: float) -> float:
         speed = min(self._p.speed_error * abs(head_m), SPEED_ALLOWANCE_M)
         return self._p.height_scale * abs(climbed_m) + speed
@@ -308,39 +299,41 @@ class BarometerCheck:
         level = 0.0
         for horizon, past in zip(HORIZONS_S, pasts, strict=True):
             if past is not None:
-                full = self._full(horizon) + self._allowed(point, past)
+                full = self._error.poor(horizon) + self._allowed(point, past)
                 level = max(level, abs(point.difference - past.difference) / full)
         return level
 
     def _judge(self, point: _Point, pasts: list[_Point | None], with_velocity: bool) -> Finding:
-        p = self._p
         assert self._reference is not None
         at, baro, head = self._reference
         self.difference = total = point.difference - at
-        limit = p.baro_total_m * max(1.0, self.part)
+        limit = self._error.total()
         limit += self._allowance(point.baro - baro, point.head - head)
         best = Finding(
             abs(total) / limit,
             f"The GPS height is {total:+.1f} m off the barometer (limit {limit:.1f})",
         )
-        level = self._level(point, pasts)
+        rise = fall = 0.0
         for index, (horizon, past) in enumerate(zip(HORIZONS_S, pasts, strict=True)):
             if past is None:
                 continue
-            full, allowed = self._full(horizon), self._allowed(point, past)
+            full, allowed = self._error.poor(horizon), self._allowed(point, past)
             limit = self.part * full + allowed
             change = point.difference - past.difference
+            level = change / (full + allowed)
+            rise, fall = max(rise, level), max(fall, -level)
             if abs(change) / limit > best.margin:
                 text = f"The GPS height moved by {change:+.1f} m against the barometer"
                 best = Finding(abs(change) / limit, f"{text} in {horizon:g} s (limit {limit:.1f})")
             if not with_velocity or index >= RATE_HORIZONS:
                 continue
             change = point.summed - past.summed
-            level = max(level, abs(change) / (full + allowed))
+            level = change / (full + allowed)
+            rise, fall = max(rise, level), max(fall, -level)
             if abs(change) / limit > best.margin:
                 text = f"The GPS climb rate is {change / horizon:+.2f} m/s off the barometer"
                 best = Finding(
                     abs(change) / limit, f"{text} in {horizon:g} s (limit {limit / horizon:.2f})"
                 )
-        self._learned.add(point.t_ns, level, moving=best.margin < 1.0)
+        self._error.learn(point.t_ns, rise, fall, moving=best.margin < 1.0)
         return best

@@ -92,20 +92,26 @@ class OnsetBank:
         self._d = np.concatenate([self._d[kept], zeros])
         self._c = np.concatenate([self._c[kept], zeros])
 
-    def evidence(self, t_s: float) -> list[Evidence]:
-        """The strongest evidence for each signature, in their order."""
+    def evidence(self, t_s: float, wander: float = 1.0) -> list[Evidence]:
+        """The strongest evidence for each signature, in their order.
+
+        Args:
+            t_s: The time, seconds.
+            wander: Jumps of the height that do not count, over FLOOR_HEIGHT.
+        """
         age = t_s - self._onsets
         judged = age >= YOUNGEST_S
         if not judged.any():
             return [Evidence(0.0, 0.0, 0.0)] * SIGNATURES
         age, d, c = age[judged], self._d[judged], np.maximum(self._c[judged], 1e-12)
-        slow = FLOOR_VELOCITY**2 + (FLOOR_HEIGHT / age) ** 2
+        height = FLOOR_HEIGHT * wander
+        slow = FLOOR_VELOCITY**2 + (height / age) ** 2
         floors = np.stack(
             [
                 FLOOR_ACCELERATION**2 + (FLOOR_VELOCITY / age) ** 2,
                 slow,
                 slow,
-                np.full(len(age), FLOOR_HEIGHT**2),
+                np.full(len(age), height**2),
             ],
             axis=1,
         )

@@ -10,6 +10,7 @@ import numpy as np
 
 from hijack_detect.detectors.altitude_parameters import AltitudeParameters
 from hijack_detect.detectors.barometer_check import Finding
+from hijack_detect.detectors.height_error import claimed_height
 from hijack_detect.detectors.onset_bank import Evidence, OnsetBank
 from hijack_detect.detectors.vertical_force import Sum, VerticalForce
 from hijack_detect.estimation.rotation import Array
@@ -22,7 +23,9 @@ VELOCITY_NOISE = 0.25
 NO_VELOCITY = 1e4
 """m/s: noise of a velocity that was not given."""
 WANDER_M, WANDER_S = 4.0, 60.0
-"""GPS height error: standard deviation and time constant."""
+"""GPS height error: standard deviation of a receiver that claims no more, and time constant."""
+WORST_WANDER_M = 8.0
+"""The most that a receiver may claim, m: a jump of 10 m is still seen."""
 INITIAL_BIAS = 0.3
 """m/s², standard deviation."""
 HISTORY_NS = 20 * NANOSECONDS
@@ -90,6 +93,7 @@ class VerticalChannel:
         self._lag_ns = round(parameters.gps_lag_s * NANOSECONDS)
         self._scatter = Scatter(parameters.calm_innovation)
         self._bias = 0.0
+        self._wander_m = WANDER_M
         self._x: Array | None = None
         self._covariance = np.zeros((4, 4))
         self._bank = OnsetBank()
@@ -124,6 +128,7 @@ class VerticalChannel:
 
     def fix(self, fix: FixSample, velocity: VelocitySample | None) -> Finding | None:
         """Judge a fix with the velocity of the same time; None where it cannot be judged."""
+        self._wander_m = min(WORST_WANDER_M, max(WANDER_M, claimed_height(fix) or 0.0))
         now = self._force.at(fix.stamp_ns - self._lag_ns)
         before, self._sum = self._sum, now
         self.learning = False
@@ -159,7 +164,7 @@ class VerticalChannel:
         self._ready_ns = stamp_ns + round(settle_s * NANOSECONDS)
         self._x = np.array([measured[0], measured[1], self._bias, 0.0])
         speed = 1.0 if with_velocity else 25.0
-        self._covariance = np.diag([0.01, speed, INITIAL_BIAS**2, WANDER_M**2])
+        self._covariance = np.diag([0.01, speed, INITIAL_BIAS**2, self._wander_m**2])
         self._bank = OnsetBank()
         self._manoeuvres.clear()
         self._scatter.forget_recent()
@@ -183,7 +188,7 @@ class VerticalChannel:
         noise[0, 1] = noise[1, 0] = power * dt * dt / 2.0
         noise[1, 1] = power * dt
         noise[2, 2] = p.bias_walk**2 * dt
-        noise[3, 3] = WANDER_M**2 * (1.0 - kept * kept)
+        noise[3, 3] = self._wander_m**2 * (1.0 - kept * kept)
         x = f @ self._x + np.array([0.5 * gained * dt, gained, 0.0, 0.0])
         covariance = f @ self._covariance @ f.T + noise
         speed_noise = VELOCITY_NOISE if with_velocity else NO_VELOCITY
@@ -210,7 +215,8 @@ class VerticalChannel:
             p.limit_step,
         )
         best: tuple[float, Evidence, str] = (-1.0, Evidence(0.0, 0.0, 0.0), "")
-        for limit, one, words in zip(limits, self._bank.evidence(t_s), WORDS, strict=True):
+        evidence = self._bank.evidence(t_s, self._wander_m / WANDER_M)
+        for limit, one, words in zip(limits, evidence, WORDS, strict=True):
             if one.score / limit > best[0]:
                 best = (one.score / limit, one, words)
         margin, one, words = best

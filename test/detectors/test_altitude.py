@@ -121,7 +121,7 @@ def test_a_climb_of_30_metres_agrees(inputs: tuple[str, ...]) -> None:
 
 
 def test_a_ramp_of_1_metre_per_second_against_the_barometer() -> None:
-    """5 s of it are 5 m; the limit that a good receiver has earned is half of 3 + 1.2 √5 m."""
+    """5 s of it are 5 m; the limit that a good receiver has earned is 2.9 m."""
     sent = flight(
         120.0,
         height=lambda t: min(max(0.0, t - 15.0), 10.0),
@@ -285,7 +285,7 @@ def test_speed_and_a_climb_widen_the_limit_and_no_more_than_allowed() -> None:
         finding = check.fix(fix, velocity, airborne=True, frozen=False)
         findings.append((finding.margin if finding else 0.0, part))
     margin, part = findings[51]  # the first whose pressure, 0.2 s older, is of the same time
-    assert margin == pytest.approx(8.0 / (part * (3.0 + 1.2) + 3.0), abs=0.02)
+    assert margin == pytest.approx(8.0 / (part * 4.17 + 3.0), abs=0.02)
 
 
 def in_phase(sent: Sent, phase: Phase, start_s: float, end_s: float) -> Sent:

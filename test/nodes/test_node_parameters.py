@@ -32,7 +32,7 @@ FLOATS = {
     "date_detector": ("threshold", 0.0, "[0.05, 50.0] m/s²"),
     "coast_detector": ("longest_s", 37.0, "[3.0, 36.0] s"),
     "gnss_sanity": ("jump_alarm_m", 0.0, "[0.5, 10000.0] m"),
-    "altitude_detector": ("baro_step_m", 0.0, "[0.1, 100.0] m"),
+    "altitude_detector": ("wander_m", 0.0, "[0.1, 100.0] m"),
     "heading_detector": ("course_deg", 181.0, "[1.0, 180.0] deg"),
     "drag_detector": ("least_limit", 51.0, "[0.5, 50.0] m/s"),
     "fusion": ("stale_s", 601.0, "[0.1, 600.0] s"),
