@@ -47,6 +47,8 @@ QUIET_S = 0.5
 KNOCK_S = 0.2
 """A server that does not know its client yet drops the answer, so it is asked again."""
 SPIN_S = 0.02
+PERIODIC = "/diagnostics"
+"""Every node publishes there once a second, so it never becomes quiet."""
 READY = "ready"
 """The node that `Graph.be_ready` adds."""
 KEEP_ALL = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)
@@ -147,6 +149,7 @@ class Graph:
         self._executor.add_node(self.node)
         self._processes: list[RosProcess] = []
         self._listeners: list[Listener] = []
+        """Of what is not periodic."""
         self._clients: dict[str, Any] = {}
         self._further: list[Node] = []
         self._count, self._count_since, self._idle = -1, 0.0, 0
@@ -172,8 +175,10 @@ class Graph:
         self, kind: Any, topic: str, qos: QoSProfile = KEEP_ALL, *, raw: bool = False
     ) -> Listener:
         """Subscribe; by default no message can be lost once the publisher is known."""
-        self._listeners.append(Listener(self.node, kind, topic, qos, raw=raw))
-        return self._listeners[-1]
+        listener = Listener(self.node, kind, topic, qos, raw=raw)
+        if topic != PERIODIC:
+            self._listeners.append(listener)
+        return listener
 
     def spin_until(
         self, condition: Callable[[], object], what: str, timeout_s: float = TIMEOUT_S
