@@ -107,9 +107,10 @@ class Recorded:
     def start_again(self) -> None:
         """Start after a kill, and publish until it hears: subscriptions of the dead still count."""
         # Rarely the middleware never connects the test to a process that follows on a killed one.
-        # What is tested are files, so another process is started then.
+        # What is tested are files, so another process is started then, in another place.
         for _ in range(3):
             (before,) = self.select("SELECT max(id) FROM sessions")
+            self.graph.take_place()
             self.start()
             if self._heard_after(before):
                 return

@@ -152,6 +152,7 @@ class Graph:
         """Of what is not periodic."""
         self._clients: dict[str, Any] = {}
         self._further: list[Node] = []
+        self._places: list[tuple[Context, Node]] = []
         self._count, self._count_since, self._idle = -1, 0.0, 0
 
     def start(
@@ -212,6 +213,15 @@ class Graph:
                 return any(one.done() for one in answers)
 
             self.spin_until(known, f"an answer of {node}")
+
+    def take_place(self) -> None:
+        """Take the participant number, and with it the ports, of a process that was killed.
+
+        The middleware may keep those for unusable, and who is started next would get them.
+        """
+        context = Context()
+        rclpy.init(context=context, domain_id=self.domain)
+        self._places.append((context, Node("place", context=context, enable_rosout=False)))
 
     def be_ready(self) -> None:
         """Add a node to the graph: who was started to wait for READY goes on."""
@@ -283,6 +293,9 @@ class Graph:
         self._executor.shutdown()
         for node in (*self._further, self.node):
             node.destroy_node()
+        for context, node in self._places:
+            node.destroy_node()
+            context.try_shutdown()
         self._context.try_shutdown()
         self.home.cleanup()
 
