@@ -27,9 +27,10 @@ from hijack_detect.nodes.wiring import Topics, Wiring, phase_input, sensor_input
 LATENCY = Subject(
     "latency of the GPS",
     LATE_FIGURES,
-    lambda values: f"{LATE}: {words}" if (words := late_words(values)) else "",
+    late_words,
     good="no later than receivers are",
     over="the GPS is no later than receivers are again",
+    title=LATE,
     digits=2,
 )
 

@@ -38,9 +38,10 @@ FIX = "gps/fix"
 RECEIVER = Subject(
     "receiver",
     POOR_FIGURES,
-    lambda values: f"{POOR}: {words}" if (words := poor_words(values)) else "",
+    poor_words,
     good="nothing to object by its own word",
     over="the receiver is good again by its own word",
+    title=POOR,
 )
 CLOCK = Subject(
     "clock of the stamps",

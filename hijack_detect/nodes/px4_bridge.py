@@ -129,10 +129,12 @@ class Px4Bridge(Node):
         }
         needed = [self.resolve_topic_name(OWN_TOPICS[name]) for name in NEEDED]
         unused = ", ".join(topic for topic in needed if not counts[topic])
-        level = DiagnosticStatus.WARN if unused else DiagnosticStatus.OK
-        text = f"nobody subscribes to {unused}: does the monitor run in this namespace?"
+        level, text = DiagnosticStatus.OK, "subscribed"
+        if unused:
+            level = DiagnosticStatus.WARN
+            text = f"nobody subscribes to {unused}: does the monitor run in this namespace?"
         values = {topic: str(count) for topic, count in counts.items()}
-        self._diagnostics.tell("outputs", level, text if unused else "subscribed", values)
+        self._diagnostics.tell("outputs", level, text, values)
 
     def _topics_of(self, feed: Feed) -> list[str]:
         return [topic for topic, of in self._heard.items() if of is feed]

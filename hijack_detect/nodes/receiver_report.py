@@ -24,6 +24,7 @@ class Subject:
         words: Says them; empty without any.
         good: What is said without any.
         over: What is logged once there are none any more.
+        title: What stands before the words, if they need it.
         digits: Decimals of the values on /diagnostics.
     """
 
@@ -32,6 +33,7 @@ class Subject:
     words: Callable[[Mapping[str, float]], str]
     good: str
     over: str
+    title: str = ""
     digits: int = 1
 
 
@@ -49,7 +51,8 @@ class ReceiverReport:
     def add(self, verdict: Verdict) -> None:
         """Take the next verdict."""
         subject, values = self._subject, verdict.values
-        wrong = subject.words(values)
+        words = subject.words(values)
+        wrong = f"{subject.title}: {words}" if words and subject.title else words
         news, self._wrong = bool(wrong) is not self._wrong, bool(wrong)
         second = verdict.stamp_ns // NANOSECONDS
         if news or second != self._second:
