@@ -313,27 +313,25 @@ class BarometerCheck:
             abs(total) / limit,
             f"The GPS height is {total:+.1f} m off the barometer (limit {limit:.1f})",
         )
-        rise = fall = 0.0
+        levels = [0.0]
         for index, (horizon, past) in enumerate(zip(HORIZONS_S, pasts, strict=True)):
             if past is None:
                 continue
             full, allowed = self._error.poor(horizon), self._allowed(point, past)
             limit = self.part * full + allowed
             change = point.difference - past.difference
-            level = change / (full + allowed)
-            rise, fall = max(rise, level), max(fall, -level)
+            levels.append(change / (full + allowed))
             if abs(change) / limit > best.margin:
                 text = f"The GPS height moved by {change:+.1f} m against the barometer"
                 best = Finding(abs(change) / limit, f"{text} in {horizon:g} s (limit {limit:.1f})")
             if not with_velocity or index >= RATE_HORIZONS:
                 continue
             change = point.summed - past.summed
-            level = change / (full + allowed)
-            rise, fall = max(rise, level), max(fall, -level)
+            levels.append(change / (full + allowed))
             if abs(change) / limit > best.margin:
                 text = f"The GPS climb rate is {change / horizon:+.2f} m/s off the barometer"
                 best = Finding(
                     abs(change) / limit, f"{text} in {horizon:g} s (limit {limit / horizon:.2f})"
                 )
-        self._error.learn(point.t_ns, rise, fall, moving=best.margin < 1.0)
+        self._error.learn(point.t_ns, max(levels), -min(levels), moving=best.margin < 1.0)
         return best

@@ -51,13 +51,9 @@ class LearnedLevel:
         self.part = START
         self._waiting: deque[tuple[int, float, float]] = deque()
         self._largest = self._opposite = 0.0
-        self._moved_ns = 0
-        self._last_ns: int | None = None
-
-    @property
-    def moved_ns(self) -> int:
+        self.moved_ns = 0
         """Time in motion, nanoseconds."""
-        return self._moved_ns
+        self._last_ns: int | None = None
 
     def add(self, stamp_ns: int, level: float, *, moving: bool, opposite: float = 0.0) -> None:
         """Note a level: the check's largest figure in units of its full limit.
@@ -73,9 +69,9 @@ class LearnedLevel:
             return
         passed_ns = min(stamp_ns - last_ns, MAX_STEP_NS)
         passed_s = passed_ns / NANOSECONDS
-        self._moved_ns += passed_ns
+        self.moved_ns += passed_ns
         self._waiting.append((stamp_ns, level, opposite))
-        if self._moved_ns >= STARTED_NS:
+        if self.moved_ns >= STARTED_NS:
             self.part = min(self.part, self.ceiling)
         kept = 1.0 - FORGET_PER_S * passed_s
         self._largest *= kept
@@ -84,10 +80,10 @@ class LearnedLevel:
             _, level, opposite = self._waiting.popleft()
             self._largest = max(self._largest, level)
             self._opposite = max(self._opposite, opposite)
-        if self._moved_ns < STARTED_NS:
+        if self.moved_ns < STARTED_NS:
             return
         smaller, larger = sorted((self._largest, self._opposite))
-        wanted = max(self._floor if self._moved_ns >= NEEDED_NS else 1.0, self._gain * larger)
+        wanted = max(self._floor if self.moved_ns >= NEEDED_NS else 1.0, self._gain * larger)
         slow = min(wanted, self.part + RISE_PER_S * passed_s)
         quick = min(self._gain * smaller, self.part + QUICK_RISE_PER_S * passed_s)
         lowest = self.part - FALL_PER_S * passed_s
