@@ -339,7 +339,9 @@ class CoastDetector:
 
     def _values(self, acceleration: Array, age_s: float, smallest: float) -> dict[str, float]:
         assert self._filter is not None
-        position_lag, velocity_lag = (self._filter.lags + self._parameters.gps_lag_s).tolist()
+        lag, difference = self._filter.lags.tolist()
+        velocity_lag = self._estimator.lag_s + lag
+        position_lag = velocity_lag + difference
         east, north = acceleration.tolist()
         return {
             "acceleration": math.hypot(east, north),
@@ -351,7 +353,7 @@ class CoastDetector:
             "receiver_noise": self._filter.velocity_error.scale,
             "position_lag": position_lag,
             "velocity_lag": velocity_lag,
-            **late(position_lag, velocity_lag),
+            **late(*(self._estimator.lag_s + least for least in self._filter.least_lags)),
         }
 
 

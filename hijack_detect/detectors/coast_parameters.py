@@ -115,28 +115,28 @@ class CoastParameters(Parameters):
         high=10.0,
     )
     floor_velocity: float = param(
-        0.5,
+        0.4,
         "The same for a velocity that was there at once.",
         unit="m/s",
         low=0.0,
         high=10.0,
     )
     threshold_low: float = param(
-        2.4,
+        2.55,
         "Lowest limit of the offset acceleration in its standard deviations. A quiet vehicle "
         "(simulators: scores up to 1.2) would else have one below what a first manoeuvre brings.",
         low=1.0,
         high=100.0,
     )
     threshold_high: float = param(
-        4.4,
+        4.7,
         "Highest limit, also of an attacker who pulls slowly. Recorded vehicles with vibration, "
         "aliasing or a poor receiver reach 3.8 without an attack.",
         low=1.0,
         high=100.0,
     )
     threshold_gain: float = param(
-        4.4,
+        4.7,
         "The limit is this times the usual score of this vehicle (cube root of the mean cube of "
         "the past two minutes), between the two above. On recorded flights the largest score "
         "without an attack is 3.9 times the usual one.",

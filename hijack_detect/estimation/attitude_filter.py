@@ -73,6 +73,8 @@ REGAINED_HEADING = math.radians(6.0)
 before: a heading that is tens of degrees off, as after a turn that no gyroscope saw, is beyond what
 is linear. Without GPS velocities 10° make alerts after holes in turning flights, and 4° take longer
 than an attack in straight ones."""
+LATEST_NS = 3 * NANOSECONDS // 2
+"""The filter runs later than the nominal lag by this at most."""
 LOST_HEADING = math.radians(40.0)
 """Beyond this the heading is looked for in all directions again, unless a compass says it."""
 
@@ -107,11 +109,11 @@ class AttitudeFilter:
         )
         self._make_filter = make_filter
         self._noise = ProcessNoise(p.accel_noise, p.gyro_noise, p.accel_bias_walk, p.gyro_bias_walk)
-        self._lag_ns = round(p.gps_lag_s * NANOSECONDS)
         self.bridged = 0
         self._restart()
 
     def _restart(self) -> None:
+        self._lag_ns = round(self._parameters.gps_lag_s * NANOSECONDS)
         self._bank: FilterBank | None = None
         self.regaining = False
         self._sure_before: float | None = None
@@ -145,6 +147,11 @@ class AttitudeFilter:
     def valid_ns(self) -> int:
         """Time that the filter has reached, nanoseconds; counts once there is a filter."""
         return self._filter_ns
+
+    @property
+    def lag_s(self) -> float:
+        """How far the filter runs behind the stamps of the GPS, s."""
+        return self._lag_ns / NANOSECONDS
 
     @property
     def worse(self) -> float:
@@ -244,8 +251,26 @@ class AttitudeFilter:
         valid_ns = stamp_ns - self._lag_ns
         return self._bridged_ns <= valid_ns <= self.buffer.newest_ns + AHEAD_NS
 
+    def _follow_lag(self, bank: FilterBank, stamp_ns: int) -> None:
+        """Run later where the GPS comes later than the lags that the filter knows, and back.
+
+        At most by half of the time since the last measurement: the filter does not run backwards.
+        """
+        beyond = bank.best.beyond_band
+        if beyond == 0.0 or not self.decided:
+            return
+        half_ns = (stamp_ns - self._lag_ns - self._filter_ns) // 2
+        nominal_ns = round(self._parameters.gps_lag_s * NANOSECONDS)
+        later_ns = min(
+            self._lag_ns + min(round(beyond * NANOSECONDS), max(half_ns, 0)), nominal_ns + LATEST_NS
+        )
+        later_ns = max(later_ns, nominal_ns)
+        bank.best.rebase((later_ns - self._lag_ns) / NANOSECONDS)
+        self._lag_ns = later_ns
+
     def _fix(self, bank: FilterBank, fix: FixSample) -> bool:
         course = self._course.update("fix", fix)
+        self._follow_lag(bank, fix.stamp_ns)
         if not fix.has_fix or not self._within_reach(fix.stamp_ns):
             return False
         self._advance(bank, fix.stamp_ns - self._lag_ns)
@@ -268,6 +293,7 @@ class AttitudeFilter:
         return True
 
     def _velocity(self, bank: FilterBank, sample: VelocitySample) -> bool:
+        self._follow_lag(bank, sample.stamp_ns)
         if not self._within_reach(sample.stamp_ns):
             return False
         self._advance(bank, sample.stamp_ns - self._lag_ns)

@@ -198,6 +198,14 @@ class Ekf:
         rows[:, block] = UNIT
         return rows, measured - state, variances
 
+    @property
+    def beyond_band(self) -> float:
+        """How much later the filter should run, s: 0 for one that does not know lags."""
+        return 0.0
+
+    def rebase(self, shift_s: float) -> None:
+        """The filter runs later by this from now on, s; for those that know lags."""
+
     def update(self, h: Array, residual: Array, r: Array) -> Innovation:
         """Kalman update in Joseph form.
 

@@ -25,9 +25,13 @@ from hijack_detect.estimation.ekf import (
 from hijack_detect.estimation.rotation import Array
 from hijack_detect.streams.samples import Quaternion
 
-POSITION_LAG, VELOCITY_LAG = 15, 16
+LAG, DIFFERENCE = 15, 16
+"""Lag of the receiver's velocity, and how much longer that of its position is."""
 LAGS = slice(15, 17)
 SIZE = 17
+LAG_BAND_S = 0.1
+"""Lags within this of the nominal one are a state only, beyond it the filter runs later: p − τv is
+linear in τ, and of 13 recorded receivers none is further off than 0.13 s."""
 STEPS = 512
 """Newest steps that are kept; far more than lie between two samples."""
 
@@ -37,19 +41,25 @@ class ModelErrors:
     """What a filter with constant noise would be too sure of.
 
     Attributes:
-        lag_sigma_s: Lags differ between receivers by this, standard deviation, s.
-        lag_walk: Random walk of the lags, s/√s.
+        lag_sigma_s: Lags differ between receivers by this, and that of position from that of
+            velocity, standard deviation, s.
+        lag_walk: Random walk of the lag, s/√s. Of a receiver in order it is 0.001; with 0.05 the
+            filter follows one whose latency grows, by 1.2 s within 10 s at the most. With 0.03 a
+            turn in such a time alarms, with 0.1 wrong lags take up accelerations (recorded
+            flights, and 54 with growing latency).
+        lag_difference_walk: The same for the difference of the two.
         lag_jitter_s: Velocity noise grows with acceleration times this, s.
         position_jitter_s: Position noise grows with speed times this, s.
         force_scale: Accelerometer noise density grows with acceleration times this, 1/√Hz.
         rate_scale: Gyroscope noise density grows with angular velocity times this, 1/√Hz.
-        max_lag_s: Bound of either lag about the nominal one, s.
+        max_lag_s: Bound of either state, s.
         max_force: Specific force beyond which the IMU is not believed, m/s².
         max_rate: The same for the angular velocity, rad/s.
     """
 
     lag_sigma_s: float = 0.07
-    lag_walk: float = 0.001
+    lag_walk: float = 0.05
+    lag_difference_walk: float = 0.001
     lag_jitter_s: float = 0.1
     position_jitter_s: float = 0.05
     force_scale: float = 0.03
@@ -84,7 +94,9 @@ class LagEkf(Ekf):
     """15 states, the lags of position and velocity about the nominal one, and a record of steps.
 
     Both lags differ from vehicle to vehicle. As states they are learnt within the first
-    manoeuvres, and until then their uncertainty widens the innovations of manoeuvres.
+    manoeuvres, and until then their uncertainty widens the innovations of manoeuvres. The one
+    of the velocity may grow in flight, and that of position goes with it. What is beyond
+    LAG_BAND_S is for the nominal lag.
     """
 
     def __init__(
@@ -108,12 +120,30 @@ class LagEkf(Ekf):
         super().__init__(attitude, np.concatenate([sigmas, lags, behind]), noise)
         self._errors = errors
         self.lags: Array = np.zeros(2)
-        """Lags of position and velocity beyond the nominal one, s."""
+        """Lag of the velocity beyond the nominal one, and that of position beyond it, s."""
         self.acceleration: Array = np.zeros(3)
         """Mean over the last block, ENU, m/s²."""
         self.steps: deque[Propagated | Measured] = deque(maxlen=STEPS)
         """What was done since this was emptied; a filter that nobody reads keeps the newest."""
         self._block: slice | None = None
+
+    @property
+    def beyond_band(self) -> float:
+        """See Ekf: the mean of both lags, beyond LAG_BAND_S."""
+        lag = float(self.lags[0] + 0.5 * self.lags[1])
+        return lag - min(max(lag, -LAG_BAND_S), LAG_BAND_S)
+
+    def rebase(self, shift_s: float) -> None:
+        """See Ekf."""
+        self.lags = self.lags - [shift_s, 0.0]
+
+    @property
+    def least_lags(self) -> tuple[float, float]:
+        """Lags of position and velocity beyond the nominal one, less 2 standard deviations, s."""
+        lag, difference = self.lags.tolist()
+        block = self.covariance[LAGS, LAGS]
+        position = lag + difference - 2.0 * math.sqrt(block.sum())
+        return position, lag - 2.0 * math.sqrt(block[0, 0])
 
     def propagate(self, block: ImuBlock) -> None:
         """See Ekf."""
@@ -132,7 +162,7 @@ class LagEkf(Ekf):
         rate = math.hypot(*block.angular_velocity.mean(axis=0).tolist())
         noise[VELOCITY] += (e.force_scale * accel) ** 2 * seconds
         noise[ATTITUDE] += (e.rate_scale * rate) ** 2 * seconds
-        noise[LAGS] = e.lag_walk**2 * seconds
+        noise[LAGS] = np.square([e.lag_walk, e.lag_difference_walk]) * seconds
         wild = (np.linalg.norm(block.specific_force, axis=1) > e.max_force) | (
             np.linalg.norm(block.angular_velocity, axis=1) > e.max_rate
         )
@@ -145,13 +175,16 @@ class LagEkf(Ekf):
         rows, residual, noise = super().gps(block, measured, variances)
         self._block = block
         if block is POSITION:
-            lag, rate = POSITION_LAG, self.velocity
+            rate = self.velocity
             more = self._errors.position_jitter_s * math.hypot(*rate[:2].tolist())
+            rows[:, DIFFERENCE] = -rate
+            lag = self.lags.sum()
         else:
-            lag, rate = VELOCITY_LAG, self.acceleration
+            rate = self.acceleration
             more = self._errors.lag_jitter_s * math.hypot(*rate.tolist())
-        rows[:, lag] = -rate
-        return rows, residual + self.lags[lag - POSITION_LAG] * rate, noise + more**2
+            lag = self.lags[0]
+        rows[:, LAG] = -rate
+        return rows, residual + lag * rate, noise + more**2
 
     def update(self, h: Array, residual: Array, r: Array) -> Innovation:
         """See Ekf; the step is recorded."""
