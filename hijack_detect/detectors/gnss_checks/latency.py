@@ -1,0 +1,122 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
+"""A receiver whose fixes and velocities become later: what that does to steps of position."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hijack_detect.detectors.gnss_checks.step import Step
+from hijack_detect.streams.samples import Vector3
+
+GROWTH = 0.15
+"""s/s. The latency grows no faster: a link that fills up, 1.5 s within 10 s. It may fall at once,
+as a backlog drains."""
+MOST_S = 1.5
+"""s. It grows by no more: what a link holds back without a loss that is seen as one."""
+SEEN = 1.0
+"""s/s. A step back counts for no faster growth of what was seen: the noise of a step is 0.1 s/s at
+5 m/s and must count with both signs, a jump must not count."""
+FORGET_PER_S = 1.0 / 600.0
+"""What was seen is forgotten at this relative rate, s⁻¹: receivers' positions and velocities differ
+by up to 0.3 s in minutes without any latency (16 of 18 vehicles)."""
+MOVING = 2.0
+"""m/s; slower, the noise of a step is no time."""
+AROUND = np.array(
+    [[math.cos(math.pi * k / 16), math.sin(math.pi * k / 16)] for k in range(32)]
+).T
+UP_AND_DOWN = np.array([[1.0, -1.0]])
+"""Unit vectors; a difference between two of them is taken for 0.5 % shorter than it is."""
+
+
+class LatencySeen:
+    """By how much later fixes have become since the earliest, from what they fall short.
+
+    At a latency that grows by r s/s both the position and the velocity of a stamp are late, and
+    the position moves by (1 - r) times the velocity. The sum of what it falls short on its way,
+    in seconds of it, is the growth. It says nothing of who makes it.
+    """
+
+    def __init__(self) -> None:
+        """Start without growth."""
+        self.late_s = 0.0
+        """Growth of the latency, within 0 and MOST_S, seconds."""
+        self.before_s = 0.0
+        """The same before the newest step."""
+
+    def add(self, step: Step) -> None:
+        """Take the next step."""
+        self.before_s = self.late_s
+        residual, velocity = step.residual, step.velocity
+        self.late_s *= max(0.0, 1.0 - FORGET_PER_S * step.dt_s)
+        if residual is None or velocity is None or not step.from_velocity:
+            return
+        squared = velocity[0] ** 2 + velocity[1] ** 2
+        if squared < MOVING**2:
+            return
+        short = -(residual[0] * velocity[0] + residual[1] * velocity[1]) / squared
+        self.late_s = max(0.0, min(MOST_S, self.late_s + min(short, SEEN * step.dt_s)))
+
+
+@dataclass(frozen=True, slots=True)
+class Passed:
+    """What latency may have done over a step (m, m/s, s; see `unexplained`)."""
+
+    expected: Vector3
+    velocity: Vector3
+    late_s: float
+
+
+def unexplained(difference: Vector3, passed: Sequence[Passed]) -> tuple[float, float]:
+    """Least length of a difference that no admitted change of latency explains, m.
+
+    A growth of g seconds during a step takes g times its velocity off the position, a fall puts it
+    on. Admitted are growths of up to GROWTH in each step, together of what is left to MOST_S, and
+    falls of as much as had been seen of growth. What they can reach is a convex set; the distance
+    to it is the largest that the difference goes beyond it in any direction.
+
+    Args:
+        difference: Change of position less the integral of the velocity.
+        passed: The steps in which it came about, not empty.
+
+    Returns:
+        Horizontally and in height, each by itself.
+    """
+    left_s = MOST_S - passed[0].late_s
+    seen_s = max(one.late_s for one in passed)
+    expected = np.array([one.expected for one in passed])
+    velocity = np.array([one.velocity for one in passed])
+    found = []
+    for axes, directions in ((slice(0, 2), AROUND), (slice(2, 3), UP_AND_DOWN)):
+        along, speed = expected[:, axes] @ directions, velocity[:, axes] @ directions
+        growing = GROWTH * np.maximum(-along, 0.0).sum(axis=0)
+        back = np.minimum(growing, left_s * np.maximum(-speed, 0.0).max(axis=0))
+        ahead = seen_s * np.maximum(speed, 0.0).max(axis=0)
+        beyond = np.array(difference[axes]) @ directions - back - ahead
+        found.append(max(0.0, float(beyond.max())))
+    return found[0], found[1]
+
+
+def without_latency(
+    residual: Vector3, velocity: Vector3, seconds: float, seen_s: float
+) -> Vector3:
+    """What no admitted change of latency explains of what a position moved too far, m.
+
+    Only along the path: it falls short by what GROWTH makes in the time, or is ahead by what had
+    been seen of growth.
+
+    Args:
+        residual: Change of position less the expected one.
+        velocity: Velocity, m/s.
+        seconds: In which it came about.
+        seen_s: `late_s` before that.
+    """
+    speed = math.hypot(velocity[0], velocity[1])
+    if speed == 0.0:
+        return residual
+    along_s = (residual[0] * velocity[0] + residual[1] * velocity[1]) / speed**2
+    taken_s = max(-GROWTH * seconds, min(seen_s, along_s))
+    return (residual[0] - taken_s * velocity[0], residual[1] - taken_s * velocity[1], residual[2])
