@@ -10,7 +10,7 @@ from hijack_detect.detectors.gnss_checks.acceleration import AccelerationCheck
 from hijack_detect.detectors.gnss_checks.freeze import FreezeCheck
 from hijack_detect.detectors.gnss_checks.jump import JumpCheck, JumpLimits
 from hijack_detect.detectors.gnss_checks.lasting_step import LastingStep
-from hijack_detect.detectors.gnss_checks.latency import LatencySeen
+from hijack_detect.detectors.gnss_checks.latency import LatencySeen, later_words
 from hijack_detect.detectors.gnss_checks.publishers import PublishersCheck
 from hijack_detect.detectors.gnss_checks.speed import SpeedCheck
 from hijack_detect.detectors.gnss_checks.stamps import StampsCheck
@@ -42,6 +42,8 @@ from hijack_detect.streams.samples import (
 
 CLOCK_RATE = "clock_rate"
 """Value: true seconds in one of the stamps' clock, where that is not 1."""
+LATER = "later_s"
+"""Value: growth of the GPS's latency, where position and velocity would contradict without it."""
 BELOW_ALARM = 0.99
 """Largest margin outside of flight."""
 
@@ -53,7 +55,8 @@ class GnssSanityDetector:
     Before a take-off and after a crash it is SUSPICIOUS at most: a receiver that settles jumps as
     well. A receiver that is poor by its own word is named in the reason, and its figures beyond
     their limits are among the values (`ReceiverHealth`), and so is the rate of a clock that runs
-    wrong (`ClockRateCheck`); no state follows from either.
+    wrong (`ClockRateCheck`), and a latency that grew (`LatencySeen`) where it explains what would
+    be an alarm; no state follows from any of them.
     """
 
     NAME = "gnss"
@@ -154,7 +157,11 @@ class GnssSanityDetector:
         worst = findings[name]
         values = {one: finding.margin for one, finding in findings.items()}
         values["velocity_mismatch_limit"] = self._mismatch.part
-        return self._verdict(step.stamp_ns, worst.state, _reason(name, worst), worst.margin, values)
+        reason, later_s = _reason(name, worst), self._mismatch.later_s
+        if later_s is not None:
+            values[LATER] = later_s
+            reason = f"{reason}; {later_words(later_s)}"
+        return self._verdict(step.stamp_ns, worst.state, reason, worst.margin, values)
 
     def _verdict(
         self,

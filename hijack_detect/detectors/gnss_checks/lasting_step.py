@@ -20,7 +20,7 @@ LONG_S = 6.0
 SHORT_S = 1.0
 """One of LARGE times the limit or more only for so long."""
 LARGE = 1.4
-CLAIMED = 2.0
+CLAIMED = 1.5
 """The limit is at least so many times what the receiver claims for a standard deviation. Clean
 flights: 0.7."""
 MOST_CLAIMED_M = 5.0
@@ -77,6 +77,8 @@ class LastingStep:
         self._manoeuvre = manoeuvre_m_s2
         self._latency = latency
         self._shown_m = 0.0
+        self._sizes: deque[tuple[int, float]] = deque()
+        """Not counted as shown yet."""
         self._since_ns: int | None = None
         self.begin()
 
@@ -85,6 +87,7 @@ class LastingStep:
         self._off: Vector3 = ZERO
         self._places: deque[_Place] = deque()
         self._jumped: _Jumped | None = None
+        self._sizes.clear()
 
     def judge(self, step: Step) -> Finding:
         """See Check."""
@@ -114,9 +117,15 @@ class LastingStep:
             before = self._places[0].off
             self._jumped = _Jumped(step.stamp_ns, before, direction, limit)
         if self._jumped is None:
-            self._shown_m = max(self._shown_m, size)
+            self._learn(here.stamp_ns, size)
             return Finding(PENDING * min(1.0, size / limit) if settled else 0.0)
         return self._wait(self._jumped, here)
+
+    def _learn(self, stamp_ns: int, size: float) -> None:
+        """Count a size as shown once it is no beginning of a larger step."""
+        self._sizes.append((stamp_ns, size))
+        while stamp_ns - self._sizes[0][0] > 2 * WINDOW_NS:
+            self._shown_m = max(self._shown_m, self._sizes.popleft()[1])
 
     def _moved(self, here: _Place) -> Vector3:
         """What neither lag nor latency explains of the change within the window."""

@@ -25,11 +25,9 @@ FORGET_PER_S = 1.0 / 600.0
 by up to 0.3 s in minutes without any latency (16 of 18 vehicles)."""
 MOVING = 2.0
 """m/s; slower, the noise of a step is no time."""
-AROUND = np.array(
-    [[math.cos(math.pi * k / 16), math.sin(math.pi * k / 16)] for k in range(32)]
-).T
+AROUND = np.array([[math.cos(math.pi * k / 16), math.sin(math.pi * k / 16)] for k in range(32)]).T
 UP_AND_DOWN = np.array([[1.0, -1.0]])
-"""Unit vectors; a difference between two of them is taken for 0.5 % shorter than it is."""
+"""Unit vectors that a difference is looked at from, beside those across the mean velocity."""
 
 
 class LatencySeen:
@@ -90,7 +88,11 @@ def unexplained(difference: Vector3, passed: Sequence[Passed]) -> tuple[float, f
     expected = np.array([one.expected for one in passed])
     velocity = np.array([one.velocity for one in passed])
     found = []
-    for axes, directions in ((slice(0, 2), AROUND), (slice(2, 3), UP_AND_DOWN)):
+    way = expected[:, :2].sum(axis=0)
+    length = float(np.hypot(way[0], way[1]))
+    aside = np.array([[-way[1], way[1]], [way[0], -way[0]]]) / (length or 1.0)
+    around = np.hstack((AROUND, aside))
+    for axes, directions in ((slice(0, 2), around), (slice(2, 3), UP_AND_DOWN)):
         along, speed = expected[:, axes] @ directions, velocity[:, axes] @ directions
         growing = GROWTH * np.maximum(-along, 0.0).sum(axis=0)
         back = np.minimum(growing, left_s * np.maximum(-speed, 0.0).max(axis=0))
@@ -100,13 +102,11 @@ def unexplained(difference: Vector3, passed: Sequence[Passed]) -> tuple[float, f
     return found[0], found[1]
 
 
-def without_latency(
-    residual: Vector3, velocity: Vector3, seconds: float, seen_s: float
-) -> Vector3:
+def without_latency(residual: Vector3, velocity: Vector3, seconds: float, seen_s: float) -> Vector3:
     """What no admitted change of latency explains of what a position moved too far, m.
 
-    Only along the path: it falls short by what GROWTH makes in the time, or is ahead by what had
-    been seen of growth.
+    Only along the path, and in motion: it falls short by what GROWTH makes in the time, or is ahead
+    by what had been seen of growth.
 
     Args:
         residual: Change of position less the expected one.
@@ -114,9 +114,14 @@ def without_latency(
         seconds: In which it came about.
         seen_s: `late_s` before that.
     """
-    speed = math.hypot(velocity[0], velocity[1])
-    if speed == 0.0:
+    squared = velocity[0] ** 2 + velocity[1] ** 2
+    if squared < MOVING**2:
         return residual
-    along_s = (residual[0] * velocity[0] + residual[1] * velocity[1]) / speed**2
+    along_s = (residual[0] * velocity[0] + residual[1] * velocity[1]) / squared
     taken_s = max(-GROWTH * seconds, min(seen_s, along_s))
     return (residual[0] - taken_s * velocity[0], residual[1] - taken_s * velocity[1], residual[2])
+
+
+def later_words(later_s: float) -> str:
+    """A growth of the latency in words."""
+    return f"the GPS has become later by {later_s:.1f} s, which explains its position"

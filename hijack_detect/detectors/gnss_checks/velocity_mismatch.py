@@ -30,6 +30,8 @@ MAX_RATE = (5.0, 10.0)
 for the jump check, and must not weigh on 20 s."""
 WORTH_EXPLAINING = 0.4
 """Margin from which on latency is asked for an explanation: below, it would change nothing."""
+LATER_NS = 10 * NANOSECONDS
+"""A latency that was needed for an explanation is named for so long."""
 
 
 @dataclass(frozen=True)
@@ -83,9 +85,10 @@ class VelocityMismatchCheck:
         """Start without history; `latency` is given every step before this check is."""
         self._limits = limits
         self._latency = latency
-        self.latency_s: float | None = None
-        """By how much later the fixes have become, where without that the margin of the newest
-        would be 1 or more; None where it would not."""
+        self.later_s: float | None = None
+        """By how much later the fixes have become, where without that the margin would have been 1
+        or more within the last LATER_NS; None where it would not."""
+        self._later_ns = 0
         self._learned = LearnedLevel(limits.floor, limits.gain)
         self._persistence = Persistence(limits.persist_s)
         self._level = False
@@ -106,7 +109,8 @@ class VelocityMismatchCheck:
     def judge(self, step: Step) -> Finding:
         """See Check."""
         residual, velocity, expected = step.residual, step.velocity, step.expected
-        self.latency_s = None
+        if self.later_s is not None and step.stamp_ns - self._later_ns > LATER_NS:
+            self.later_s = None
         if residual is None or velocity is None or step.before is None or expected is None:
             self.begin()
             return Finding()
@@ -130,7 +134,8 @@ class VelocityMismatchCheck:
         level, text = max((one.level, one.text) for one in found)
         margin = level / self.part
         if max(one.without for one in found) >= self.part > level:
-            self.latency_s = self._latency.late_s
+            self._later_ns = step.stamp_ns
+            self.later_s = max(self.later_s or 0.0, self._latency.late_s)
         moving = math.hypot(*velocity) >= MOVING and margin < 1.0
         self._learned.add(step.stamp_ns, level, moving=moving)
         state = self._persistence.state(step.stamp_ns, margin >= 1.0)
