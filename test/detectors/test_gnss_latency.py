@@ -76,6 +76,31 @@ def test_a_latency_that_grows_is_named_and_no_alarm(speed: float) -> None:
     assert not any("later_s" in one.values for one in run(flight(100.0, speed=speed)))
 
 
+def test_a_latency_that_grew_in_a_hover_may_fall_in_motion() -> None:
+    """1.2 s, which drain at 8 m/s: without the intervals a jump of 10 m."""
+    hover = flight(70.0, speed=0.0)
+    away = [
+        (name, replace(one, stamp_ns=one.stamp_ns + 70 * SECOND))
+        for name, one in flight(40.0, speed=8.0)
+    ]
+    grown = late(hover + away, growth(1.2, 10.0, 0.3))
+    assert states(run(grown)) <= CALM
+    fallen_s = GROWS_S + 35.0
+    latency = growth(1.2, 10.0, 1e6)
+    drained = late(hover + away, lambda t: latency(t) if t < fallen_s else 0.0)
+    assert State.ALARM not in states(run(drained))
+    jumped = [
+        (
+            name,
+            replace(one, latitude_deg=one.latitude_deg + 1e-4)
+            if name == "fix" and one.stamp_ns >= START_NS + fallen_s * SECOND
+            else one,
+        )
+        for name, one in hover + away
+    ]
+    assert State.ALARM in states(run(jumped))
+
+
 @settings(max_examples=8, deadline=None)
 @given(
     st.floats(0.2, MOST_S),

@@ -25,6 +25,11 @@ FORGET_PER_S = 1.0 / 600.0
 by up to 0.3 s in minutes without any latency (16 of 18 vehicles)."""
 MOVING = 2.0
 """m/s; slower, the noise of a step is no time."""
+PERIODS, PERIOD_S = 50, 60.0
+"""The receiver's period is the mean of its intervals so far, and later that of 60 s; used once so
+many were seen."""
+EVEN = 0.3
+"""An interval further from the period, as a part of it, is of a lost fix or a backlog."""
 AROUND = np.array([[math.cos(math.pi * k / 16), math.sin(math.pi * k / 16)] for k in range(32)]).T
 UP_AND_DOWN = np.array([[1.0, -1.0]])
 """Unit vectors that a difference is looked at from, beside those across the mean velocity."""
@@ -35,7 +40,8 @@ class LatencySeen:
 
     At a latency that grows by r s/s both the position and the velocity of a stamp are late, and
     the position moves by (1 - r) times the velocity. The sum of what it falls short on its way,
-    in seconds of it, is the growth. It says nothing of who makes it.
+    in seconds of it, is the growth. In a hover there is no such way: there the intervals between
+    fixes say it, which a receiver takes at even times. It says nothing of who makes it.
     """
 
     def __init__(self) -> None:
@@ -44,19 +50,29 @@ class LatencySeen:
         """Growth of the latency, within 0 and MOST_S, seconds."""
         self.before_s = 0.0
         """The same before the newest step."""
+        self._period_s = 0.0
+        self._fixes = 0
 
     def add(self, step: Step) -> None:
         """Take the next step."""
         self.before_s = self.late_s
+        grown_s = self._by_interval(step.dt_s)
         residual, velocity = step.residual, step.velocity
-        self.late_s *= max(0.0, 1.0 - FORGET_PER_S * step.dt_s)
-        if residual is None or velocity is None or not step.from_velocity:
-            return
-        squared = velocity[0] ** 2 + velocity[1] ** 2
-        if squared < MOVING**2:
-            return
-        short = -(residual[0] * velocity[0] + residual[1] * velocity[1]) / squared
-        self.late_s = max(0.0, min(MOST_S, self.late_s + min(short, SEEN * step.dt_s)))
+        if residual is not None and velocity is not None and step.from_velocity:
+            squared = velocity[0] ** 2 + velocity[1] ** 2
+            if squared >= MOVING**2:
+                grown_s = -(residual[0] * velocity[0] + residual[1] * velocity[1]) / squared
+        kept_s = self.late_s * max(0.0, 1.0 - FORGET_PER_S * step.dt_s)
+        self.late_s = max(0.0, min(MOST_S, kept_s + min(grown_s, SEEN * step.dt_s)))
+
+    def _by_interval(self, dt_s: float) -> float:
+        """Growth by the interval between two fixes, of which some may have been lost, seconds."""
+        period_s = self._period_s
+        if self._fixes and abs(dt_s - period_s) >= EVEN * period_s and self._fixes >= PERIODS:
+            return dt_s - max(1, round(dt_s / period_s)) * period_s
+        self._fixes += 1
+        self._period_s += max(1.0 / self._fixes, min(1.0, dt_s / PERIOD_S)) * (dt_s - period_s)
+        return dt_s - period_s if self._fixes > PERIODS else 0.0
 
 
 @dataclass(frozen=True, slots=True)
