@@ -22,7 +22,7 @@ SHORT_S = 1.0
 LARGE = 1.4
 CLAIMED = 1.5
 """The limit is at least so many times what the receiver claims for a standard deviation. Clean
-flights: 0.7."""
+flights of receivers that claim 3.3 m or more, where it counts: 0.7."""
 MOST_CLAIMED_M = 5.0
 """A claim beyond this does not count: what claims it may be the attacker."""
 SHOWN = 2.5
