@@ -52,7 +52,7 @@ CLOCK = Subject(
     over="the clock of the stamps runs as the GPS's again",
     digits=4,
 )
-LATENCY = Subject(
+GROWTH = Subject(
     "growth of the latency",
     frozenset({LATER}),
     lambda values: later_words(values[LATER]) if LATER in values else "",
@@ -91,7 +91,7 @@ class GnssSanityNode(DetectorNode[GnssSanityParameters]):
         self._watch = PublisherWatch(self, self.diagnostics, (FIX,))
         self._reports = [
             ReceiverReport(self.diagnostics, self.log, subject)
-            for subject in (RECEIVER, CLOCK, LATENCY)
+            for subject in (RECEIVER, CLOCK, GROWTH)
         ]
 
     def publish_output(self, output: Verdict) -> None:
