@@ -41,8 +41,8 @@ class GnssSanityParameters(Parameters):
         5.0,
         "With reported velocities, such a step within 1 s is an ALARM if it is not taken back: "
         "1.4 times as large after 1 s, else after 6 s. Up to twice this on a receiver that claims "
-        "or has shown worse. Clean: 2.4; two antennas 4 m apart that are switched leave 1.25. Raise "
-        "it where buildings reflect.",
+        "or has shown worse. Clean: 2.4; two antennas 4 m apart that are switched leave 1.25. "
+        "Raise it where buildings reflect.",
         unit="m",
         low=0.5,
         high=10_000.0,
