@@ -9,10 +9,12 @@ from hijack_detect.detectors.flight_gate import FlightGate
 from hijack_detect.detectors.gnss_checks.acceleration import AccelerationCheck
 from hijack_detect.detectors.gnss_checks.freeze import FreezeCheck
 from hijack_detect.detectors.gnss_checks.jump import JumpCheck, JumpLimits
+from hijack_detect.detectors.gnss_checks.lasting_step import LastingStep
+from hijack_detect.detectors.gnss_checks.latency import LatencySeen, later_words
 from hijack_detect.detectors.gnss_checks.publishers import PublishersCheck
 from hijack_detect.detectors.gnss_checks.speed import SpeedCheck
 from hijack_detect.detectors.gnss_checks.stamps import StampsCheck
-from hijack_detect.detectors.gnss_checks.step import Check, Finding, Step
+from hijack_detect.detectors.gnss_checks.step import RANK, Check, Finding, Step
 from hijack_detect.detectors.gnss_checks.track import Track
 from hijack_detect.detectors.gnss_checks.variation import CovarianceCheck, SatellitesCheck
 from hijack_detect.detectors.gnss_checks.velocity_mismatch import (
@@ -40,9 +42,10 @@ from hijack_detect.streams.samples import (
 
 CLOCK_RATE = "clock_rate"
 """Value: true seconds in one of the stamps' clock, where that is not 1."""
+LATER = "later_s"
+"""Value: growth of the GPS's latency, where position and velocity would contradict without it."""
 BELOW_ALARM = 0.99
 """Largest margin outside of flight."""
-RANK = (State.NORMAL, State.SUSPICIOUS, State.ALARM)
 
 
 class GnssSanityDetector:
@@ -52,7 +55,8 @@ class GnssSanityDetector:
     Before a take-off and after a crash it is SUSPICIOUS at most: a receiver that settles jumps as
     well. A receiver that is poor by its own word is named in the reason, and its figures beyond
     their limits are among the values (`ReceiverHealth`), and so is the rate of a clock that runs
-    wrong (`ClockRateCheck`); no state follows from either.
+    wrong (`ClockRateCheck`), and a latency that grew (`LatencySeen`) where it explains what would
+    be an alarm; no state follows from any of them.
     """
 
     NAME = "gnss"
@@ -66,7 +70,8 @@ class GnssSanityDetector:
         self._track = Track()
         self._set_back = {name: SetBack() for name in ("fix", "velocity")}
         self._watch = InputWatch(("fix",))
-        self._mismatch = VelocityMismatchCheck(_mismatch_limits(p))
+        self._latency = LatencySeen()
+        self._mismatch = VelocityMismatchCheck(_mismatch_limits(p), self._latency)
         self._receiver = ReceiverHealth(_receiver_limits(p))
         self._rate = ClockRateCheck()
         self._stamps = StampsCheck(p.stamps_alarm, p.stamps_in_s)
@@ -74,10 +79,17 @@ class GnssSanityDetector:
             self._stamps,
             PublishersCheck(),
             FreezeCheck(p.freeze_s),
-            JumpCheck("jump", _jump_limits(p, p.jump_suspicious_m, p.jump_alarm_m), vertical=False),
+            JumpCheck(
+                "jump",
+                _jump_limits(p, p.jump_suspicious_m, p.jump_alarm_m),
+                self._latency,
+                LastingStep(p.jump_lasting_m, p.manoeuvre_m_s2, self._latency),
+                vertical=False,
+            ),
             JumpCheck(
                 "vertical",
                 _jump_limits(p, p.vertical_suspicious_m, p.vertical_alarm_m),
+                self._latency,
                 vertical=True,
             ),
             SpeedCheck(p.max_speed_m_s),
@@ -139,12 +151,17 @@ class GnssSanityDetector:
             self._stamps.note(last.stamp_ns, harmless=set_back or late or sample == last)
 
     def _judge(self, step: Step) -> Verdict:
+        self._latency.add(step)
         findings = {check.name: check.judge(step) for check in self._checks}
-        name = max(findings, key=lambda one: (_rank(findings[one].state), findings[one].margin))
+        name = max(findings, key=lambda one: findings[one].claims)
         worst = findings[name]
         values = {one: finding.margin for one, finding in findings.items()}
         values["velocity_mismatch_limit"] = self._mismatch.part
-        return self._verdict(step.stamp_ns, worst.state, _reason(name, worst), worst.margin, values)
+        reason, later_s = _reason(name, worst), self._mismatch.later_s
+        if later_s is not None:
+            values[LATER] = later_s
+            reason = f"{reason}; {later_words(later_s)}"
+        return self._verdict(step.stamp_ns, worst.state, reason, worst.margin, values)
 
     def _verdict(
         self,

@@ -31,7 +31,18 @@ class GnssSanityParameters(Parameters):
         15.0,
         "Such a step is an ALARM at once. Reflections move receivers by a few metres, a step of "
         "15 m under a good view of the sky is several times what they claim; smaller ones are an "
-        "ALARM only when there are three within 5 s. Lower it where an alarm costs little.",
+        "ALARM when there are three within 5 s, or when they last (jump_lasting_m). Lower it where "
+        "an alarm costs little.",
+        unit="m",
+        low=0.5,
+        high=10_000.0,
+    )
+    jump_lasting_m: float = param(
+        5.0,
+        "With reported velocities, such a step within 1 s is an ALARM if it is not taken back: "
+        "1.4 times as large after 1 s, else after 6 s. Up to twice this on a receiver that claims "
+        "or has shown worse. Clean: 2.4; two antennas 4 m apart that are switched leave 1.25. "
+        "Raise it where buildings reflect.",
         unit="m",
         low=0.5,
         high=10_000.0,

@@ -7,8 +7,8 @@ margin of every check), gnss/hijacked (Bool), gnss/margin (score over threshold,
 margins gnss/jump, gnss/freeze, gnss/velocity_mismatch and gnss/velocity_mismatch_limit (part of the
 full limits in force) as Float64. /diagnostics warn once a second of a receiver that is poor by its
 own word (lost fixes, satellites, claimed accuracy), of a clock behind the stamps that runs at
-another rate than the GPS's, and of more than one publisher on gps/fix; the verdict depends on
-stamped messages alone and looks for what two streams do.
+another rate than the GPS's, of a latency that grew, and of more than one publisher on gps/fix; the
+verdict depends on stamped messages alone and looks for what two streams do.
 """
 
 from __future__ import annotations
@@ -20,7 +20,8 @@ from rclpy.executors import SingleThreadedExecutor
 from sensor_msgs.msg import NavSatFix
 from std_msgs.msg import UInt32
 
-from hijack_detect.detectors.gnss_sanity import CLOCK_RATE, GnssSanityDetector
+from hijack_detect.detectors.gnss_checks.latency import later_words
+from hijack_detect.detectors.gnss_sanity import CLOCK_RATE, LATER, GnssSanityDetector
 from hijack_detect.detectors.gnss_sanity_parameters import GnssSanityParameters
 from hijack_detect.detectors.verdict import Verdict
 from hijack_detect.estimation.clock_rate import clock_words
@@ -50,6 +51,13 @@ CLOCK = Subject(
     good="no other rate than the GPS's seen",
     over="the clock of the stamps runs as the GPS's again",
     digits=4,
+)
+GROWTH = Subject(
+    "growth of the latency",
+    frozenset({LATER}),
+    lambda values: later_words(values[LATER]) if LATER in values else "",
+    good="none that position and velocity show",
+    over="position and velocity agree without a growth of the latency again",
 )
 FIGURES = ("jump", "freeze", "velocity_mismatch", "velocity_mismatch_limit")
 
@@ -82,7 +90,8 @@ class GnssSanityNode(DetectorNode[GnssSanityParameters]):
         )
         self._watch = PublisherWatch(self, self.diagnostics, (FIX,))
         self._reports = [
-            ReceiverReport(self.diagnostics, self.log, subject) for subject in (RECEIVER, CLOCK)
+            ReceiverReport(self.diagnostics, self.log, subject)
+            for subject in (RECEIVER, CLOCK, GROWTH)
         ]
 
     def publish_output(self, output: Verdict) -> None:

@@ -105,7 +105,7 @@ def test_a_jump_is_judged_by_its_size_at_once(metres: float, expected: State) ->
 
 
 def test_a_jump_in_three_steps_does_not_slip_through() -> None:
-    verdicts = run(flight(20.0, lambda t: (min(3, max(0.0, (t - 9.6) // 0.39)) * 1.9, 0.0, 0.0)))
+    verdicts = run(flight(20.0, lambda t: (min(3, max(0.0, (t - 9.6) // 0.39)) * 1.5, 0.0, 0.0)))
     assert State.SUSPICIOUS in states(verdicts)
     assert State.ALARM not in states(verdicts)
 

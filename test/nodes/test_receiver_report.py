@@ -11,7 +11,7 @@ from ros import Graph
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.nodes.coast_detector import LATENCY
 from hijack_detect.nodes.diagnostics import Diagnostics
-from hijack_detect.nodes.gnss_sanity import CLOCK, RECEIVER
+from hijack_detect.nodes.gnss_sanity import CLOCK, GROWTH, RECEIVER
 from hijack_detect.nodes.receiver_report import ReceiverReport, Subject
 
 
@@ -20,6 +20,11 @@ from hijack_detect.nodes.receiver_report import ReceiverReport, Subject
     [
         (LATENCY, {"late_gps": 0.38}, "the GPS is late: lags by 0.38 s or more"),
         (RECEIVER, {"poor_satellites": 4.0}, "the receiver is poor by its own word: 4 satellites"),
+        (
+            GROWTH,
+            {"later_s": 0.8},
+            "the GPS has become later by 0.8 s, which explains its position",
+        ),
         (CLOCK, {"clock_rate": 1.0833}, "the clock of the stamps runs 7.7 % slow"),
     ],
 )

@@ -7,6 +7,8 @@ import math
 from collections import deque
 from dataclasses import dataclass
 
+from hijack_detect.detectors.gnss_checks.lasting_step import LastingStep
+from hijack_detect.detectors.gnss_checks.latency import LatencySeen, without_latency
 from hijack_detect.detectors.gnss_checks.step import ZERO, Finding, Step, known, minus, plus
 from hijack_detect.detectors.verdict import State
 from hijack_detect.streams.samples import NANOSECONDS, Vector3
@@ -39,20 +41,42 @@ class JumpCheck:
     What one step may differ by grows with the time in which the vehicle was not seen: with
     velocities at both ends an acceleration a hides a dt²/4, from fixes alone a dt². After a gap the
     clock may have been set forward in it; a vehicle that falls short on its way has not jumped.
+    Nor has one whose fixes become later, or less late again (`without_latency`). A smaller step is
+    an alarm if it is not taken back (`LastingStep`).
     """
 
-    def __init__(self, name: str, limits: JumpLimits, *, vertical: bool) -> None:
-        """Start without steps."""
+    def __init__(
+        self,
+        name: str,
+        limits: JumpLimits,
+        latency: LatencySeen,
+        lasting: LastingStep | None = None,
+        *,
+        vertical: bool,
+    ) -> None:
+        """Start without steps; `latency` is given every step before this check is."""
         self.name = name
+        self._latency = latency
+        self._lasting = lasting
         self._limits = limits
         self._vertical = vertical
-        self._steps: deque[tuple[int, Vector3]] = deque()
+        self._steps: deque[tuple[int, Vector3, float]] = deque()
         self._sum: Vector3 = ZERO
         self._jumps: deque[int] = deque(maxlen=REPEATS)
         self._blind_s = math.inf
 
     def judge(self, step: Step) -> Finding:
         """See Check."""
+        found = self._at_once(step)
+        if self._lasting is None:
+            return found
+        lasting = self._lasting.judge(step)
+        if found.state is State.ALARM:
+            self._lasting.begin()
+        return max(found, lasting, key=lambda one: one.claims)
+
+    def _at_once(self, step: Step) -> Finding:
+        """What the newest step says, and those of the last second."""
         before_s, self._blind_s = self._blind_s, step.blind_s
         gap = step.blind_s > max(GAP_S, GAP_TIMES * before_s)
         residual = step.off_path if gap else step.residual
@@ -62,12 +86,14 @@ class JumpCheck:
         residual = known(residual)
         p = self._limits
         by_velocity = step.from_velocity and not (self._vertical and step.level)
+        size = self._size(residual)
         slack = p.manoeuvre_m_s2 * step.blind_s**2 * (0.25 if by_velocity else 1.0)
         claimed = max(step.fix.accuracy_m or 0.0, step.previous.accuracy_m or 0.0)
         base = max(p.suspicious_m, p.accuracy_gain * min(claimed, p.accuracy_cap_m))
-        size, allowed = self._size(residual), base + slack
+        allowed = base + slack
         if by_velocity and step.blind_s * NANOSECONDS < WINDOW_NS:
-            whole = self._add(step.stamp_ns, residual)
+            size = self._size(self._timed(residual, step, step.dt_s, self._latency.before_s))
+            whole = self._add(step, residual)
             if whole / (base * STRIDE + slack) > size / allowed:
                 size, allowed = whole, base * STRIDE + slack
         else:
@@ -92,13 +118,21 @@ class JumpCheck:
     def _size(self, residual: Vector3) -> float:
         return abs(residual[2]) if self._vertical else math.hypot(residual[0], residual[1])
 
-    def _add(self, stamp_ns: int, residual: Vector3) -> float:
+    def _timed(self, moved: Vector3, step: Step, seconds: float, seen_s: float) -> Vector3:
+        """What latency does not explain, see `without_latency`; all of it in height."""
+        if self._vertical or step.velocity is None:
+            return moved
+        return without_latency(moved, step.velocity, seconds, seen_s)
+
+    def _add(self, step: Step, residual: Vector3) -> float:
         """Size of the sum of the residuals of the last second."""
-        self._steps.append((stamp_ns, residual))
+        self._steps.append((step.stamp_ns, residual, self._latency.before_s))
         self._sum = plus(self._sum, residual)
-        while stamp_ns - self._steps[0][0] >= WINDOW_NS:
+        while step.stamp_ns - self._steps[0][0] >= WINDOW_NS:
             self._sum = minus(self._sum, self._steps.popleft()[1])
-        return self._size(self._sum)
+        first_ns, _, seen_s = self._steps[0]
+        seconds = (step.stamp_ns - first_ns) / NANOSECONDS + step.dt_s
+        return self._size(self._timed(self._sum, step, seconds, seen_s))
 
     def _forget(self) -> None:
         self._steps.clear()

@@ -11,6 +11,8 @@ from hijack_detect.detectors.verdict import State
 from hijack_detect.streams.samples import FixSample, Vector3
 
 ZERO: Vector3 = (0.0, 0.0, 0.0)
+RANK = (State.NORMAL, State.SUSPICIOUS, State.ALARM)
+"""States of findings, those that claim more last."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +88,11 @@ class Finding:
     state: State = State.NORMAL
     text: str = ""
     innocent: bool = False
+
+    @property
+    def claims(self) -> tuple[int, float]:
+        """How much it claims, to compare findings."""
+        return RANK.index(self.state), self.margin
 
 
 class Check(Protocol):

@@ -3,10 +3,12 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections import deque
 from dataclasses import dataclass
 
+from hijack_detect.detectors.gnss_checks.latency import LatencySeen, Passed, unexplained
 from hijack_detect.detectors.gnss_checks.step import ZERO, Finding, Step, minus, plus
 from hijack_detect.detectors.learned_level import LearnedLevel
 from hijack_detect.detectors.persistence import Persistence
@@ -26,6 +28,10 @@ limit is this much wider: the mean of the larger of two half-normal values over 
 MAX_RATE = (5.0, 10.0)
 """m/s, horizontally and vertically: what a step differs by beyond this rate is a jump, which is
 for the jump check, and must not weigh on 20 s."""
+WORTH_EXPLAINING = 0.4
+"""Margin from which on latency is asked for an explanation: below, it would change nothing."""
+LATER_NS = 10 * NANOSECONDS
+"""A latency that was needed for an explanation is named for so long."""
 
 
 @dataclass(frozen=True)
@@ -48,20 +54,41 @@ class _Mark:
     difference: Vector3
     velocity: Vector3
     path_m: float
+    passed: Passed
+
+
+@dataclass(frozen=True, slots=True)
+class _Difference:
+    """Over one horizon.
+
+    Attributes:
+        level: The larger difference in units of its full limit.
+        without: The same if nothing were laid to latency.
+        text: The larger one in words.
+    """
+
+    level: float
+    without: float
+    text: str
 
 
 class VelocityMismatchCheck:
     """Largest difference over the horizons, each against its limit, in plane and height.
 
     The limits are those of poor receivers times a part that a good receiver earns in flight,
-    see `LearnedLevel`.
+    see `LearnedLevel`. What a latency that changes explains is taken off, see `unexplained`.
     """
 
     name = "velocity_mismatch"
 
-    def __init__(self, limits: MismatchLimits) -> None:
-        """Start without history."""
+    def __init__(self, limits: MismatchLimits, latency: LatencySeen) -> None:
+        """Start without history; `latency` is given every step before this check is."""
         self._limits = limits
+        self._latency = latency
+        self.later_s: float | None = None
+        """By how much later the fixes have become, where without that the margin would have been 1
+        or more within the last LATER_NS; None where it would not."""
+        self._later_ns = 0
         self._learned = LearnedLevel(limits.floor, limits.gain)
         self._persistence = Persistence(limits.persist_s)
         self._level = False
@@ -70,7 +97,7 @@ class VelocityMismatchCheck:
     def begin(self) -> None:
         """Start all horizons anew: at a take-off, since receivers wander on the ground."""
         self._windows: dict[float, deque[_Mark]] = {one: deque() for one in HORIZONS_S}
-        self._mark = _Mark(0, ZERO, ZERO, 0.0)
+        self._mark = _Mark(0, ZERO, ZERO, 0.0, Passed(ZERO, ZERO, 0.0))
         self._persistence.reset()
 
     @property
@@ -81,8 +108,10 @@ class VelocityMismatchCheck:
 
     def judge(self, step: Step) -> Finding:
         """See Check."""
-        residual, velocity = step.residual, step.velocity
-        if residual is None or velocity is None or step.before is None:
+        residual, velocity, expected = step.residual, step.velocity, step.expected
+        if self.later_s is not None and step.stamp_ns - self._later_ns > LATER_NS:
+            self.later_s = None
+        if residual is None or velocity is None or step.before is None or expected is None:
             self.begin()
             return Finding()
         if step.blind_s > MAX_GAP_S:
@@ -92,39 +121,52 @@ class VelocityMismatchCheck:
         if self._level:  # no height and climb to compare
             residual = (residual[0], residual[1], 0.0)
             velocity = (velocity[0], velocity[1], 0.0)
+            expected = (expected[0], expected[1], 0.0)
         before = self._mark
         self._mark = _Mark(
             step.stamp_ns,
             plus(before.difference, _clipped(residual, step.dt_s)),
             velocity,
             before.path_m + math.hypot(velocity[0], velocity[1]) * step.dt_s,
+            Passed(expected, velocity, self._latency.late_s),
         )
-        level, text = max(self._over(horizon_s) for horizon_s in HORIZONS_S)
+        found = [self._over(horizon_s) for horizon_s in HORIZONS_S]
+        level, text = max((one.level, one.text) for one in found)
         margin = level / self.part
+        if max(one.without for one in found) >= self.part > level:
+            self._later_ns = step.stamp_ns
+            self.later_s = max(self.later_s or 0.0, self._latency.late_s)
         moving = math.hypot(*velocity) >= MOVING and margin < 1.0
         self._learned.add(step.stamp_ns, level, moving=moving)
         state = self._persistence.state(step.stamp_ns, margin >= 1.0)
         text = f"{text}, limits {100 * self.part:.0f} %, margin {margin:.2f}"
         return Finding(margin, state, text)
 
-    def _over(self, horizon_s: float) -> tuple[float, str]:
+    def _over(self, horizon_s: float) -> _Difference:
         """Larger of the two differences over a horizon, each in units of its full limit."""
         p, mark, window = self._limits, self._mark, self._windows[horizon_s]
         window.append(mark)
         while mark.stamp_ns - window[0].stamp_ns > horizon_s * NANOSECONDS:
             window.popleft()
         first = window[0]
-        d = _without_lag(
+        d = without_lag(
             minus(mark.difference, first.difference), minus(mark.velocity, first.velocity)
         )
         path = p.path_fraction * (mark.path_m - first.path_m)
+        limit = p.base_m + p.rate_m_s * horizon_s + path
+        limit_up = p.vertical_base_m + p.vertical_rate_m_s * horizon_s + path
         across, up = math.hypot(d[0], d[1]), abs(d[2])
-        level = across / (p.base_m + p.rate_m_s * horizon_s + path)
-        level_up = up / (p.vertical_base_m + p.vertical_rate_m_s * horizon_s + path)
+        without = max(across / limit, up / limit_up)
+        if without >= WORTH_EXPLAINING * self.part and len(window) > 1:
+            left = unexplained(d, [one.passed for one in itertools.islice(window, 1, None)])
+            across, up = min(across, left[0]), min(up, left[1])
+        level, level_up = across / limit, up / limit_up
         seconds = (mark.stamp_ns - first.stamp_ns) / NANOSECONDS
         if level_up > level:
-            return level_up, f"height off reported velocity by {up:.1f} m in {seconds:.0f} s"
-        return level, f"position off reported velocity by {across:.1f} m in {seconds:.0f} s"
+            text = f"height off reported velocity by {up:.1f} m in {seconds:.0f} s"
+            return _Difference(level_up, without, text)
+        text = f"position off reported velocity by {across:.1f} m in {seconds:.0f} s"
+        return _Difference(level, without, text)
 
 
 def _clipped(residual: Vector3, dt_s: float) -> Vector3:
@@ -135,7 +177,7 @@ def _clipped(residual: Vector3, dt_s: float) -> Vector3:
     return (part * residual[0], part * residual[1], max(-most, min(most, residual[2])))
 
 
-def _without_lag(difference: Vector3, change: Vector3) -> Vector3:
+def without_lag(difference: Vector3, change: Vector3) -> Vector3:
     """The part of a difference that no lag within LAG_S explains."""
     squared = math.fsum(one * one for one in change)
     if squared == 0.0:

@@ -1,0 +1,161 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
+"""A step of position beside the reported velocity that is not taken back."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass
+
+from hijack_detect.detectors.gnss_checks.latency import LatencySeen, without_latency
+from hijack_detect.detectors.gnss_checks.step import ZERO, Finding, Step, minus, plus
+from hijack_detect.detectors.gnss_checks.velocity_mismatch import without_lag
+from hijack_detect.detectors.verdict import State
+from hijack_detect.streams.samples import NANOSECONDS, Vector3
+
+WINDOW_NS = 11 * NANOSECONDS // 10
+"""A jump in several smaller steps over 1 s counts as one."""
+LONG_S = 6.0
+"""A step just beyond the limit must last for so long: reflections end within some seconds."""
+SHORT_S = 1.0
+"""One of LARGE times the limit or more only for so long."""
+LARGE = 1.4
+CLAIMED = 1.5
+"""The limit is at least so many times what the receiver claims for a standard deviation. Clean
+flights of receivers that claim 3.3 m or more, where it counts: 0.7."""
+MOST_CLAIMED_M = 5.0
+"""A claim beyond this does not count: what claims it may be the attacker."""
+SHOWN = 2.5
+"""The limit is at least so many times the largest step of this receiver's past."""
+MOST = 2.0
+"""Nor is it ever above so many times its lowest, whatever is claimed or was shown."""
+FORGET_PER_S = 1.0 / 300.0
+"""What was shown is forgotten at this relative rate, s⁻¹."""
+SETTLED_NS = 10 * NANOSECONDS
+"""Only so long after a gap: a receiver that has lost its fix comes back with another error."""
+PENDING = 0.9
+"""Largest margin of a step that has not lasted."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Place:
+    stamp_ns: int
+    off: Vector3
+    """Position off the integral of the velocity, m."""
+    velocity: Vector3
+    late_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Jumped:
+    """A step that has not been taken back yet."""
+
+    stamp_ns: int
+    before: Vector3
+    """Position off the integral before it, m."""
+    direction: Vector3
+    limit_m: float
+
+
+class LastingStep:
+    """Judges horizontal steps of a receiver that reports velocities.
+
+    A step beyond a limit that follows what this receiver claims and has shown is an ALARM once it
+    has lasted: SHORT_S if it is large, LONG_S otherwise. What a change of latency, or a lag of the
+    position to a changing velocity, explains of it is taken off.
+    """
+
+    def __init__(self, lowest_m: float, manoeuvre_m_s2: float, latency: LatencySeen) -> None:
+        """Start without steps.
+
+        Args:
+            lowest_m: The limit of a good receiver, m.
+            manoeuvre_m_s2: Acceleration the vehicle may have between two samples, m/s².
+            latency: Is given every step before this is.
+        """
+        self._lowest_m = lowest_m
+        self._manoeuvre = manoeuvre_m_s2
+        self._latency = latency
+        self._shown_m = 0.0
+        self._sizes: deque[tuple[int, float]] = deque()
+        """Not counted as shown yet."""
+        self._since_ns: int | None = None
+        self.begin()
+
+    def begin(self) -> None:
+        """Wait for no step, and count none of the past as one."""
+        self._off: Vector3 = ZERO
+        self._places: deque[_Place] = deque()
+        self._jumped: _Jumped | None = None
+        self._sizes.clear()
+
+    def judge(self, step: Step) -> Finding:
+        """See Check."""
+        residual, velocity = step.residual, step.velocity
+        blind_ns = step.blind_s * NANOSECONDS
+        if residual is None or velocity is None or not step.from_velocity or blind_ns >= WINDOW_NS:
+            self.begin()
+            self._since_ns = None
+            return Finding()
+        if self._since_ns is None:
+            self._since_ns = step.previous.stamp_ns
+        self._shown_m *= 1.0 - FORGET_PER_S * min(1.0, step.dt_s)
+        if not self._places:
+            before = velocity if step.before is None else step.before
+            start = _Place(step.previous.stamp_ns, ZERO, before, self._latency.before_s)
+            self._places.append(start)
+        self._off = plus(self._off, (residual[0], residual[1], 0.0))
+        here = _Place(step.stamp_ns, self._off, velocity, self._latency.late_s)
+        self._places.append(here)
+        while here.stamp_ns - self._places[0].stamp_ns >= WINDOW_NS:
+            self._places.popleft()
+        moved = self._moved(here)
+        size, limit = math.hypot(moved[0], moved[1]), self._limit(step)
+        settled = step.stamp_ns - self._since_ns > SETTLED_NS
+        if self._jumped is None and size > limit and settled:
+            direction = (moved[0] / size, moved[1] / size, 0.0)
+            before = self._places[0].off
+            self._jumped = _Jumped(step.stamp_ns, before, direction, limit)
+        if self._jumped is None:
+            self._learn(here.stamp_ns, size)
+            return Finding(PENDING * min(1.0, size / limit) if settled else 0.0)
+        return self._wait(self._jumped, here)
+
+    def _learn(self, stamp_ns: int, size: float) -> None:
+        """Count a size as shown once it is no beginning of a larger step."""
+        self._sizes.append((stamp_ns, size))
+        while stamp_ns - self._sizes[0][0] > 2 * WINDOW_NS:
+            self._shown_m = max(self._shown_m, self._sizes.popleft()[1])
+
+    def _moved(self, here: _Place) -> Vector3:
+        """What neither lag nor latency explains of the change within the window."""
+        first = self._places[0]
+        seconds = (here.stamp_ns - first.stamp_ns) / NANOSECONDS
+        change = minus(here.velocity, first.velocity)
+        moved = without_lag(minus(here.off, first.off), (change[0], change[1], 0.0))
+        return without_latency(moved, here.velocity, seconds, first.late_s)
+
+    def _limit(self, step: Step) -> float:
+        claimed = max(step.fix.accuracy_m or 0.0, step.previous.accuracy_m or 0.0)
+        wanted = max(CLAIMED * min(claimed, MOST_CLAIMED_M), SHOWN * self._shown_m)
+        limit = max(self._lowest_m, min(wanted, MOST * self._lowest_m))
+        return limit + 0.25 * self._manoeuvre * step.blind_s**2
+
+    def _wait(self, jumped: _Jumped, here: _Place) -> Finding:
+        """What is to be said of a step that is being waited for."""
+        away = minus(here.off, jumped.before)
+        metres = away[0] * jumped.direction[0] + away[1] * jumped.direction[1]
+        if metres <= jumped.limit_m:
+            self._shown_m = max(self._shown_m, jumped.limit_m)
+            self.begin()
+            return Finding()
+        lasted_s = (here.stamp_ns - jumped.stamp_ns) / NANOSECONDS
+        needed_s = SHORT_S if metres >= LARGE * jumped.limit_m else LONG_S
+        text = (
+            f"position jumped by {metres:.1f} m and stays there for {lasted_s:.1f} s "
+            f"(allowed {jumped.limit_m:.1f})"
+        )
+        if lasted_s < needed_s:
+            return Finding(PENDING, State.SUSPICIOUS, text)
+        self.begin()
+        return Finding(metres / jumped.limit_m, State.ALARM, text)
