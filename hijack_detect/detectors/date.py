@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hijack_detect.detectors.attitude_window import AttitudeWindow
+from hijack_detect.detectors.attitude_window import AttitudeMeans
 from hijack_detect.detectors.date_parameters import DateParameters
 from hijack_detect.detectors.flight_gate import FlightGate
 from hijack_detect.detectors.input_watch import InputWatch
@@ -17,8 +17,10 @@ from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.detectors.window import WindowSums
 from hijack_detect.estimation.course import displacement
 from hijack_detect.estimation.ekf import GRAVITY
+from hijack_detect.estimation.gps_lag import LATE, late, late_words
+from hijack_detect.estimation.growing_lag import GrowingLag
 from hijack_detect.estimation.noise_scale import NoiseScale
-from hijack_detect.estimation.rotation import Array, matrices
+from hijack_detect.estimation.rotation import Array
 from hijack_detect.streams.samples import (
     NANOSECONDS,
     AttitudeSample,
@@ -29,6 +31,14 @@ from hijack_detect.streams.samples import (
 
 USUAL_NOISE = 0.35
 """m/s²: RMS difference of acceleration before anything is learnt."""
+
+LEAST_NOISE = 0.1
+"""m/s²: RMS difference below which none is taken for an argument against a lag."""
+
+EXPLAINED = 0.7
+"""A lag explains a difference beyond the limit if it leaves no more than this part of the limit:
+what it leaves counts as that over this part. With 1, an attack in motion is missed where another
+lag leaves a little less by chance: a quarter fewer velocities that freeze at zero are found."""
 
 RECENT_S = 10.0
 """The difference is learnt from about this time, too: a receiver that gets worse does so within
@@ -56,6 +66,10 @@ class DateDetector:
     before it is turned into the body frame. The acceleration comes from successive GPS
     velocities, or from fixes alone where there is no recent GPS velocity. Each
     interval between two GPS samples gives one difference; Δa is their mean over the window.
+
+    A latency may grow in flight. So the same is done at every lag that may be the right one
+    (`GrowingLag`), and it is an alarm if the difference is beyond the limit at the lag in use, and
+    no other lag explains it. An acceleration that only the GPS has is the same at every lag.
     """
 
     NAME = "date"
@@ -71,13 +85,15 @@ class DateDetector:
         }
         self._lag_ns = round(p.gps_lag_s * NANOSECONDS)
         self._window_ns = round(p.window_s * NANOSECONDS)
-        self._window = WindowSums(self._window_ns, 3)
+        self._lag = GrowingLag(p.gps_lag_s, p.max_lag_s)
+        self._back_ns = np.rint((self._lag.lags_s - p.gps_lag_s) * NANOSECONDS).astype(np.int64)
+        self._window = WindowSums(self._window_ns, 3 * len(self._back_ns) + 1)
         self._interval_ns = 0
         """Time between the last two GPS velocities: what the newest difference covers."""
         self._persistence = Persistence(p.persist_s)
         self._gate = FlightGate()
         self._watch = InputWatch(("attitude", "GPS velocity"))
-        self._attitudes = AttitudeWindow(2 * p.max_gap_s + p.gps_lag_s)
+        self._attitudes = AttitudeMeans(2 * p.max_gap_s + max(p.gps_lag_s, p.max_lag_s))
         self._motion: _Motion | None = None
         self._fix: FixSample | None = None
         self._velocity_ns: int | None = None
@@ -96,6 +112,7 @@ class DateDetector:
             )
             for delay_s, memory_s in ((8.0, 60.0), (2.0 * p.window_s, RECENT_S))
         )
+        self._followed_ns: int | None = None
         self._judged_s = 0.0
         """Time whose differences have been seen."""
 
@@ -147,24 +164,34 @@ class DateDetector:
             self._window.clear()
         else:
             self._interval_ns = motion.stamp_ns - previous.stamp_ns
-            self._window.add(motion.stamp_ns, difference.tolist())
+            # Weighed by time, stamps that jump where a lag falls cancel out.
+            weight = self._interval_ns / self._window_ns if self._lag.grows else 1.0
+            self._window.add(motion.stamp_ns, [*(weight * difference).ravel().tolist(), weight])
         return self._verdict(motion.stamp_ns)
 
     def _difference(self, before: _Motion, after: _Motion) -> Array | None:
-        """Rᵀ(a_gps − g) − f over one interval, FLU, shape (3,); None where it is unknown."""
+        """Rᵀ(a_gps − g) − f over one interval, FLU, at each lag, shape (n, 3).
+
+        None where it is unknown at the usual lag; that one stands in for lags without attitudes.
+        """
         if before.from_fixes is not after.from_fixes:
             return None
         dt = (after.valid_ns - before.valid_ns) / NANOSECONDS
-        samples = self._attitudes.take(before.valid_ns, after.valid_ns)
-        orientations = [s.orientation for s in samples if s.orientation is not None]
-        if not orientations or not 0.0 < dt <= self._parameters.max_gap_s:
+        if not 0.0 < dt <= self._parameters.max_gap_s:
             return None
-        force = np.mean([s.specific_force for s in samples], axis=0)
-        rotation = matrices(np.array(orientations)).mean(axis=0)
-        acceleration = (after.velocity - before.velocity) / dt
-        if math.isnan(acceleration[2]):  # not measured: only the horizontal part is compared
-            acceleration[2] = (rotation @ force)[2] - GRAVITY
-        difference: Array = rotation.T @ (acceleration + np.array([0.0, 0.0, GRAVITY])) - force
+        rotation, force, known = self._attitudes.over(
+            before.valid_ns, after.valid_ns, self._back_ns
+        )
+        usual = self._lag.usual
+        if not known[usual]:
+            return None
+        acceleration = np.tile((after.velocity - before.velocity) / dt, (len(force), 1))
+        if math.isnan(acceleration[0, 2]):  # not measured: only the horizontal part is compared
+            acceleration[:, 2] = (rotation @ force[:, :, None])[:, 2, 0] - GRAVITY
+        acceleration = acceleration + np.array([0.0, 0.0, GRAVITY])
+        felt = (rotation.transpose(0, 2, 1) @ acceleration[:, :, None])[:, :, 0]
+        difference: Array = felt - force
+        difference[~known] = difference[usual]
         return difference
 
     @property
@@ -200,10 +227,14 @@ class DateDetector:
         if unable is not None:
             self._persistence.reset()
             return Verdict(self.NAME, stamp_ns, unable[0], 0.0, limit, unable[1])
-        ax, ay, az = (self._window.mean(axis) for axis in range(3))
-        score = math.hypot(ax, ay)
-        values = {"delta_ax": ax, "delta_ay": ay, "delta_az": az}
-        if self._learning(stamp_ns, score, limit):
+        deltas = self._deltas()
+        scores = np.hypot(deltas[:, 0], deltas[:, 1])
+        self._follow(stamp_ns, scores)
+        held, at = self._lag.held, int(np.argmin(np.where(self._lag.judged, scores, np.inf)))
+        score = float(min(scores[held], scores[at] / EXPLAINED))
+        ax, ay, az = deltas[at if score < scores[held] else held].tolist()
+        values = {"delta_ax": ax, "delta_ay": ay, "delta_az": az, **late(self._lag.least_s)}
+        if self._learning(stamp_ns, float(scores[held]), score > limit):
             self._persistence.reset()
             reason = "the usual difference of this vehicle is learnt"
             return Verdict(self.NAME, stamp_ns, State.NOT_READY, 0.0, limit, reason, values)
@@ -214,9 +245,26 @@ class DateDetector:
                 f"The GPS accelerates by {score:.2f} m/s² that the accelerometer does not feel, "
                 f"over {self._parameters.window_s:g} s (limit {limit:.3g})"
             )
+        if words := late_words(values):
+            reason += f"; {LATE}: {words}"
         return Verdict(self.NAME, stamp_ns, state, score, limit, reason, values)
 
-    def _learning(self, stamp_ns: int, score: float, limit: float) -> bool:
+    def _deltas(self) -> Array:
+        """Mean difference over the window at each lag, FLU, m/s², shape (n, 3)."""
+        *sums, weight = (self._window.mean(axis) for axis in range(self._window.channels))
+        deltas: Array = np.array(sums).reshape(-1, 3) / weight
+        return deltas
+
+    def _follow(self, stamp_ns: int, scores: Array) -> None:
+        """Take the size of the differences at each lag as arguments against the lags."""
+        since, self._followed_ns = self._followed_ns, stamp_ns
+        if since is None or not self._lag.grows:
+            return
+        noise = max(LEAST_NOISE, self._noises[0].value)
+        part = min(1.0, self._interval_ns / self._window_ns)
+        self._lag.update((stamp_ns - since) / NANOSECONDS, part * np.square(scores / noise))
+
+    def _learning(self, stamp_ns: int, usual: float, beyond: bool) -> bool:
         """Account a difference for the noise; whether too little of it is known."""
         p = self._parameters
         if p.noise_gain == 0.0:
@@ -225,10 +273,10 @@ class DateDetector:
         if settling:
             self._judged_s += self._interval_ns / NANOSECONDS
         for noise in self._noises:
-            if score > limit and not settling:
+            if beyond and not settling:
                 noise.hold()
             else:
-                noise.add(stamp_ns, score**2)
+                noise.add(stamp_ns, usual**2)
         return settling
 
 

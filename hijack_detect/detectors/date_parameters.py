@@ -67,6 +67,14 @@ class DateParameters(Parameters):
         low=0.0,
         high=1.0,
     )
+    max_lag_s: float = param(
+        1.55,
+        "A lag that grows in flight is followed up to this. Faithful: 0 (the lag is constant, and "
+        "every interval counts the same, however long).",
+        unit="s",
+        low=0.0,
+        high=3.0,
+    )
     persist_s: float = param(
         0.4,
         "The difference must last this long to be an ALARM; SUSPICIOUS before. Faithful: 0.",

@@ -36,6 +36,11 @@ class WindowSums:
         """Number of samples in the window."""
         return len(self._samples)
 
+    @property
+    def channels(self) -> int:
+        """Number of values a sample has."""
+        return len(self._sums)
+
     def clear(self) -> None:
         """Empty the window."""
         self._samples.clear()

@@ -4,11 +4,13 @@
 import math
 from itertools import pairwise
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hijack_detect.detectors.attitude_window import HOLE_NS, AttitudeWindow
+from hijack_detect.detectors.attitude_window import HOLE_NS, AttitudeMeans, AttitudeWindow
+from hijack_detect.estimation.rotation import matrices
 from hijack_detect.streams.samples import NANOSECONDS, AttitudeSample
 
 MS = NANOSECONDS // 1000
@@ -87,3 +89,55 @@ def test_each_attitude_is_given_once_and_only_in_intervals_without_holes(
         found += got
         start = end
     assert len(found) == len(set(found))
+
+
+def turning(stamp_ns: int, *, known: bool = True) -> AttitudeSample:
+    """An attitude whose orientation and force differ from those of every other stamp."""
+    half = 1e-9 * stamp_ns
+    orientation = (0.0, 0.6 * math.sin(half), 0.8 * math.sin(half), math.cos(half))
+    force = (math.sin(3.0 * half), math.cos(5.0 * half), 9.8 + half)
+    return AttitudeSample(stamp_ns, orientation if known else None, 0.0, (0.0, 0.0, 0.0), force)
+
+
+@given(
+    st.lists(st.tuples(st.integers(1, 400), st.booleans()), min_size=1, max_size=60),
+    st.lists(st.integers(1, 900), min_size=1, max_size=10),
+    st.lists(st.integers(0, 1500), min_size=1, max_size=6),
+)
+def test_means_are_those_of_the_attitudes_of_each_interval_to_the_bit(
+    steps_ms: list[tuple[int, bool]], intervals_ms: list[int], back_ms: list[int]
+) -> None:
+    stamps = np.cumsum([step for step, _ in steps_ms]) * MS
+    samples = [
+        turning(stamp_ns, known=known)
+        for stamp_ns, (_, known) in zip(stamps.tolist(), steps_ms, strict=True)
+    ]
+    means, start = AttitudeMeans(1000.0), 0
+    for length in intervals_ms:
+        end = start + length * MS
+        while samples and samples[0].stamp_ns <= end:
+            means.add(samples.pop(0))
+        turns, forces, known = means.over(start, end, np.array(back_ms) * MS)
+        for at, back in enumerate(back_ms):
+            window = AttitudeWindow(1000.0)
+            for stamp_ns, (_, oriented) in zip(stamps.tolist(), steps_ms, strict=True):
+                if stamp_ns <= end:
+                    window.add(turning(stamp_ns, known=oriented))
+            expected = window.take(start - back * MS, end - back * MS)
+            oriented_ones = [one.orientation for one in expected if one.orientation is not None]
+            assert known[at] == bool(oriented_ones)
+            if oriented_ones:
+                mean = matrices(np.array(oriented_ones)).mean(axis=0)
+                assert np.array_equal(turns[at], mean)
+                force = np.mean([one.specific_force for one in expected], axis=0)
+                assert np.array_equal(forces[at], force)
+        start = end
+
+
+def test_without_velocities_means_keep_no_more_than_they_need() -> None:
+    means = AttitudeMeans(1.0)
+    for ms in range(0, 100_000, 100):
+        means.add(turning(ms * MS))
+    assert not means.over(97_000 * MS, 98_000 * MS, np.array([0]))[2][0]
+    assert means.over(99_000 * MS, 99_900 * MS, np.array([0]))[2][0]
+    assert len(means) == 11

@@ -24,7 +24,12 @@ from hijack_detect.streams.samples import AttitudeSample, FixSample, Sample, Vel
 MS = 1_000_000
 SECOND = 10**9
 FAITHFUL = DateParameters(
-    gps_lag_s=0.0, persist_s=0.0, max_tilt_deg=180.0, noise_gain=0.0, max_force=1000.0
+    gps_lag_s=0.0,
+    max_lag_s=0.0,
+    persist_s=0.0,
+    max_tilt_deg=180.0,
+    noise_gain=0.0,
+    max_force=1000.0,
 )
 GRAVITY_ENU = np.array([0.0, 0.0, -9.80665])
 Vector = npt.NDArray[np.float64]
@@ -402,3 +407,92 @@ def test_after_a_violent_force_it_cannot_tell() -> None:
     assert states[39.8] is State.NORMAL
     assert {states[t] for t in (40.2, 55.0, 69.8)} == {State.NOT_OBSERVABLE}
     assert states[71.0] is State.NORMAL
+
+
+WEAVE_S = 8.0
+
+
+def weaving(extra_s: Callable[[float], float], pull: float = 0.0, from_s: float = math.inf) -> Sent:
+    """A swing of 3 m/s² in 8 s and of a tenth of it in 1.3 s, by a GPS that is late.
+
+    Args:
+        extra_s: Lag beyond the usual one at each time, s.
+        pull: Acceleration to the East that only the GPS has, m/s².
+        from_s: When it begins.
+    """
+    swings = ((3.0, math.tau / WEAVE_S), (0.3, math.tau / 1.3))
+
+    def velocity(t: float) -> Vector:
+        return np.array([sum(a / w * math.sin(w * t) for a, w in swings), 0.0, 0.0])
+
+    def acceleration(t: float) -> Vector:
+        return np.array([sum(a * math.cos(w * t) for a, w in swings), 0.0, 0.0])
+
+    def reported(t: float) -> Vector:
+        pulled = np.array([pull * max(0.0, t - from_s), 0.0, 0.0])
+        return velocity(t - 0.15 - extra_s(t)) + pulled
+
+    return recording(100.0, acceleration, reported, lambda _: Rotation.identity())
+
+
+def grown(t: float, size: float = 1.0, over_s: float = 10.0) -> float:
+    """Nothing until 50 s, then up to a size."""
+    return size * min(1.0, max(0.0, (t - 50.0) / over_s))
+
+
+@pytest.mark.parametrize(("size", "over_s"), [(0.4, 10.0), (1.0, 10.0), (1.2, 20.0), (1.0, 45.0)])
+def test_a_gps_that_gets_late_is_named_and_no_alarm(size: float, over_s: float) -> None:
+    sent = weaving(lambda t: grown(t, size, over_s))
+    verdicts = run(DateParameters(), sent)
+    assert {one.state for one in verdicts} <= {State.NOT_READY, State.NORMAL}
+    assert all("late_gps" not in one.values for one in verdicts if one.stamp_ns < 50 * SECOND)
+    if size >= 1.0:
+        assert 0.15 + size - 0.55 < verdicts[-1].values["late_gps"] < 0.15 + size
+        assert "the GPS is late: lags by" in verdicts[-1].reason
+    unfollowed = run(replace(DateParameters(), max_lag_s=0.0), sent)
+    assert max(one.margin for one in unfollowed) > max(one.margin for one in verdicts)
+
+
+def test_a_latency_that_falls_at_once_is_no_alarm() -> None:
+    sent = weaving(lambda t: grown(t) if t < 75.0 else 0.0)
+    verdicts = run(DateParameters(), sent)
+    assert State.ALARM not in {one.state for one in verdicts}
+    assert max(one.values["late_gps"] for one in verdicts if "late_gps" in one.values) > 0.8
+    assert "late_gps" not in verdicts[-1].values
+
+
+def test_who_delays_first_buys_no_silence() -> None:
+    """A pull of 2 m/s² is seen as soon with a GPS that is late by 1 s as with one that is not."""
+    on_time = run(DateParameters(), weaving(lambda _: 0.0, 2.0, 80.0))
+    late = run(DateParameters(), weaving(grown, 2.0, 80.0))
+    first, then = (
+        next(one.stamp_ns for one in verdicts if one.state is State.ALARM) / SECOND
+        for verdicts in (on_time, late)
+    )
+    assert 80.0 < first < 84.0
+    assert 80.0 < then < 84.0
+
+
+def test_the_usual_difference_is_not_raised_by_a_lag_that_has_grown() -> None:
+    late = run(DateParameters(), weaving(grown))
+    assert late[-1].threshold < 5.5 * 0.35
+
+
+def test_stamps_that_jump_back_and_forth_are_no_acceleration() -> None:
+    """Velocities of a straight flight that gains speed, every other one 0.15 s late."""
+    level = Rotation.identity()
+    sent = recording(
+        60.0,
+        lambda _: np.array([0.5, 0.0, 0.0]),
+        lambda t: np.array([0.5 * t, 0.0, 0.0]),
+        lambda _: level,
+        lag_s=0.15,
+    )
+    moved: Sent = []
+    for name, one in sent:
+        late = name == "velocity" and one.stamp_ns // (200 * MS) % 2
+        moved.append((name, replace(one, stamp_ns=one.stamp_ns + 150 * MS) if late else one))
+    moved.sort(key=lambda one: (one[1].stamp_ns, one[0] == "velocity"))
+    judged = [one for one in run(DateParameters(), moved) if one.state is State.NORMAL]
+    assert len(judged) > 80
+    assert max(one.score for one in judged) < 0.15

@@ -55,6 +55,7 @@ POLICIES: Mapping[str, Mapping[str, Mapping[str, Any]]] = {
         },
         "date_detector": {
             "gps_lag_s": 0.0,
+            "max_lag_s": 0.0,
             "persist_s": 0.0,
             "max_tilt_deg": 180.0,
             "noise_gain": 0.0,

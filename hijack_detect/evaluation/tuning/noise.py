@@ -74,7 +74,8 @@ def gps_lag(recorded: Recorded) -> Lag | None:
     if len(stamps) < 2:
         return None
     interval_s = float(np.median(np.diff(stamps))) / NANOSECONDS
-    window = DateParameters(noise_gain=0.0, window_s=min(max(WINDOW_FIXES * interval_s, 0.2), 60.0))
+    window_s = min(max(WINDOW_FIXES * interval_s, 0.2), 60.0)
+    window = DateParameters(noise_gain=0.0, max_lag_s=0.0, window_s=window_s)
     squares = [_mean_square(recorded, window, lag) for lag in LAGS_S]
     if not all(squares):
         return None
