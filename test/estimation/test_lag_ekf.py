@@ -8,6 +8,8 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 from filter_start import LEVEL, NOISE, SIGMAS
+from hypothesis import given
+from hypothesis import strategies as st
 
 from hijack_detect.estimation.ekf import (
     ACCEL_BIAS,
@@ -20,10 +22,11 @@ from hijack_detect.estimation.ekf import (
     ImuBlock,
 )
 from hijack_detect.estimation.lag_ekf import (
-    POSITION_LAG,
+    DIFFERENCE,
+    LAG,
+    LAG_BAND_S,
     SIZE,
     STEPS,
-    VELOCITY_LAG,
     LagEkf,
     Measured,
     ModelErrors,
@@ -34,6 +37,7 @@ Array = npt.NDArray[np.float64]
 NONE = ModelErrors(
     lag_sigma_s=0.0,
     lag_walk=0.0,
+    lag_difference_walk=0.0,
     lag_jitter_s=0.0,
     position_jitter_s=0.0,
     force_scale=0.0,
@@ -74,9 +78,23 @@ def test_without_errors_of_the_model_it_is_the_filter_without_lags(seed: int) ->
     np.testing.assert_array_equal(lagged.covariance[15:], np.zeros((2, SIZE)))
 
 
-def flown(position_lag: float, velocity_lag: float, seconds: float, seed: int = 1) -> LagEkf:
+STEADY = ModelErrors(lag_walk=0.001)
+"""Of a receiver whose latency does not change."""
+
+
+def states_of(position_lag: float, velocity_lag: float) -> Array:
+    return np.array([velocity_lag, position_lag - velocity_lag])
+
+
+def flown(
+    position_lag: float,
+    velocity_lag: float,
+    seconds: float,
+    errors: ModelErrors = STEADY,
+    growth: float = 0.0,
+) -> LagEkf:
     """A level flight along a figure of eight, known in closed form; GPS lags by what is asked."""
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(1)
     sizes, rates = np.array([20.0, 10.0, 0.0]), np.array([0.4, 0.8, 0.0])
 
     def position(t: float) -> Array:
@@ -85,7 +103,7 @@ def flown(position_lag: float, velocity_lag: float, seconds: float, seed: int = 
     def velocity(t: float) -> Array:
         return sizes * rates * np.cos(rates * t)
 
-    ekf = LagEkf(LEVEL, SIGMAS, NOISE, ModelErrors())
+    ekf = LagEkf(LEVEL, SIGMAS, NOISE, errors)
     ekf.velocity = velocity(0.0)
     for step in range(round(seconds / 0.2)):
         middles = 0.2 * step + 0.01 * (np.arange(20) + 0.5)
@@ -94,24 +112,51 @@ def flown(position_lag: float, velocity_lag: float, seconds: float, seed: int = 
         gyro = 0.01 * rng.normal(size=(20, 3))
         ekf.propagate(ImuBlock(np.full(20, 0.01), gyro, force))
         t = 0.2 * (step + 1)
-        measure(ekf, POSITION, position(t - position_lag) + 0.3 * rng.normal(size=3))
-        measure(ekf, VELOCITY, velocity(t - velocity_lag) + 0.05 * rng.normal(size=3))
+        more = growth * t
+        measure(ekf, POSITION, position(t - position_lag - more) + 0.3 * rng.normal(size=3))
+        measure(ekf, VELOCITY, velocity(t - velocity_lag - more) + 0.05 * rng.normal(size=3))
     return ekf
 
 
 @pytest.mark.parametrize("lags", [(0.0, 0.0), (0.1, -0.05), (-0.08, 0.12), (0.15, 0.15)])
 def test_the_lags_of_a_manoeuvring_vehicle_are_learnt(lags: tuple[float, float]) -> None:
     ekf = flown(*lags, 60.0)
-    np.testing.assert_allclose(ekf.lags, lags, atol=0.025)
+    learnt = states_of(*lags)
+    np.testing.assert_allclose(ekf.lags, learnt, atol=0.025)
     deviations = np.sqrt(np.diag(ekf.covariance)[15:])
-    assert np.all(deviations < 0.3 * ModelErrors().lag_sigma_s)
-    assert np.all(abs(ekf.lags - lags) < 4.0 * deviations)
+    assert np.all(deviations < 0.3 * STEADY.lag_sigma_s)
+    assert np.all(abs(ekf.lags - learnt) < 4.0 * deviations)
+    least = np.array(ekf.least_lags)
+    assert np.all(least < lags)
+    assert np.all(np.array(lags) < least + 4.0 * STEADY.lag_sigma_s)
+
+
+def test_a_latency_that_grows_is_followed() -> None:
+    """By 0.01 s/s for 15 s: a filter for a receiver in order is behind it."""
+    slow, fast = (flown(0.0, 0.0, 15.0, errors, 0.01) for errors in (STEADY, ModelErrors()))
+    assert fast.lags[0] == pytest.approx(0.15, abs=0.03)
+    assert slow.lags[0] < fast.lags[0] - 0.03
+
+
+@given(lag=st.floats(-0.2, 0.2), difference=st.floats(-0.1, 0.1))
+def test_what_is_beyond_the_band_can_be_taken_over(lag: float, difference: float) -> None:
+    ekf = LagEkf(LEVEL, SIGMAS, NOISE, ModelErrors())
+    ekf.lags = np.array([lag, difference])
+    middle = lag + 0.5 * difference
+    if abs(middle) <= LAG_BAND_S:
+        assert ekf.beyond_band == 0.0
+    beyond = ekf.beyond_band
+    ekf.rebase(beyond)
+    assert abs(ekf.lags[0] + 0.5 * ekf.lags[1]) <= LAG_BAND_S + 1e-12
+    assert ekf.lags[0] + beyond == pytest.approx(lag)
+    assert ekf.lags[1] == difference
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_lag_beyond_the_bound_is_held_at_it(sign: float) -> None:
     ekf = flown(0.5 * sign, 0.5 * sign, 40.0)
-    np.testing.assert_allclose(ekf.lags, sign * ModelErrors().max_lag_s * np.ones(2))
+    assert ekf.lags[0] == sign * STEADY.max_lag_s
+    assert abs(ekf.lags[1]) <= STEADY.max_lag_s
 
 
 def test_a_vehicle_at_rest_shows_no_lag() -> None:
@@ -128,13 +173,13 @@ def test_what_a_lagging_position_is_expected_to_be_by_hand() -> None:
     """At 3 and 4 m/s with 0.1 s of lag: 0.3 and 0.4 m back; noise grows by (0.05 s · 5 m/s)²."""
     ekf = LagEkf(LEVEL, SIGMAS, NOISE, ModelErrors(position_jitter_s=0.05))
     ekf.position, ekf.velocity = np.array([10.0, 20.0, 30.0]), np.array([3.0, 4.0, 12.0])
-    ekf.lags = np.array([0.1, 0.0])
+    ekf.lags = states_of(0.1, 0.0)
     rows, residual, noise = ekf.gps(POSITION, np.array([9.7, 19.6, 28.8]), np.full(3, 0.49))
     np.testing.assert_allclose(residual, np.zeros(3), atol=1e-12)
     np.testing.assert_allclose(noise, np.full(3, 0.49 + 0.25**2))
     expected = np.zeros((3, SIZE))
     expected[:, POSITION] = np.eye(3)
-    expected[:, POSITION_LAG] = [-3.0, -4.0, -12.0]
+    expected[:, LAG] = expected[:, DIFFERENCE] = [-3.0, -4.0, -12.0]
     np.testing.assert_array_equal(rows, expected)
 
 
@@ -143,18 +188,18 @@ def test_what_a_lagging_velocity_is_expected_to_be_by_hand() -> None:
     ekf = LagEkf(LEVEL, SIGMAS, NOISE, ModelErrors(lag_jitter_s=0.1))
     ekf.propagate(still_block(force=(2.0, 0.0, 0.0)))
     np.testing.assert_allclose(ekf.acceleration, [2.0, 0.0, 0.0], atol=1e-12)
-    ekf.lags = np.array([0.0, 0.1])
+    ekf.lags = states_of(0.0, 0.1)
     rows, residual, noise = ekf.gps(VELOCITY, np.array([0.2, 0.0, 0.0]), np.full(3, 0.01))
     np.testing.assert_allclose(residual, np.zeros(3), atol=1e-12)
     np.testing.assert_allclose(noise, np.full(3, 0.01 + 0.2**2))
     expected = np.zeros((3, SIZE))
     expected[:, VELOCITY] = np.eye(3)
-    expected[:, VELOCITY_LAG] = [-2.0, 0.0, 0.0]
+    expected[:, LAG] = [-2.0, 0.0, 0.0]
     np.testing.assert_allclose(rows, expected, atol=1e-12)
 
 
 def test_process_noise_grows_with_acceleration_and_rate_by_hand() -> None:
-    errors = ModelErrors(force_scale=0.03, rate_scale=0.02, lag_walk=0.001)
+    errors = ModelErrors(force_scale=0.03, rate_scale=0.02, lag_walk=0.05)
     plain, lagged = Ekf(LEVEL, SIGMAS, NOISE), LagEkf(LEVEL, SIGMAS, NOISE, errors)
     block = ImuBlock(
         np.full(10, 0.02), np.tile([0.0, 0.0, 1.5], (10, 1)), np.zeros((10, 3))
@@ -165,7 +210,7 @@ def test_process_noise_grows_with_acceleration_and_rate_by_hand() -> None:
     expected = np.zeros(SIZE)
     expected[VELOCITY] = (0.03 * 5.0) ** 2 * 0.2
     expected[ATTITUDE] = (0.02 * 1.5) ** 2 * 0.2
-    expected[15:] = 0.001**2 * 0.2
+    expected[15:] = np.square([0.05, 0.001]) * 0.2
     np.testing.assert_allclose(more, expected, atol=1e-15)
 
 
