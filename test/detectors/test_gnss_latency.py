@@ -122,6 +122,7 @@ def test_no_latency_within_the_bounds_alarms(
     [
         pytest.param((0.0, -0.12), 25.0, id="longer than any latency grows"),
         pytest.param((0.0, -0.4), 8.0, id="faster than any latency grows"),
+        pytest.param((0.0, -0.12), 12.0, id="no fix comes later"),
         pytest.param((0.12, 0.0), 10.0, id="across the path"),
         pytest.param((0.0, 0.12), 10.0, id="ahead, and was never late"),
     ],
@@ -155,7 +156,7 @@ vectors = st.tuples(st.floats(-30, 30), st.floats(-30, 30), st.floats(-9, 9))
 def test_latency_explains_at_most_the_difference(
     difference: Vector3, steps: list[tuple[Vector3, float]]
 ) -> None:
-    passed = [Passed((0.2 * v[0], 0.2 * v[1], 0.2 * v[2]), v, late_s) for v, late_s in steps]
+    passed = [Passed((0.2 * v[0], 0.2 * v[1], 0.2 * v[2]), v, late_s, 0.0) for v, late_s in steps]
     across, up = unexplained(difference, passed)
     assert 0.0 <= across <= math.hypot(difference[0], difference[1]) + 1e-9
     assert 0.0 <= up <= abs(difference[2]) + 1e-9
@@ -165,7 +166,8 @@ def test_latency_explains_at_most_the_difference(
 def test_a_growth_within_the_bounds_is_explained_and_what_is_across_is_not(
     v: Vector3, rate: float, count: int, aside_m: float
 ) -> None:
-    passed = [Passed((0.2 * v[0], 0.2 * v[1], 0.2 * v[2]), v, 0.0)] * count
+    expected = (0.2 * v[0], 0.2 * v[1], 0.2 * v[2])
+    passed = [Passed(expected, v, 0.0, 0.2 * rate * (k + 1)) for k in range(count)]
     off = -rate * 0.2 * count
     assert unexplained((off * v[0], off * v[1], off * v[2]), passed)[0] <= 1e-6
     speed = math.hypot(v[0], v[1])

@@ -25,11 +25,16 @@ FORGET_PER_S = 1.0 / 600.0
 seen, and up to 1.3 s on quad106 and vancouver, whose positions and velocities disagree."""
 MOVING = 2.0
 """m/s; slower, the noise of a step is no time."""
-PERIODS, PERIOD_S = 50, 60.0
-"""The receiver's period is the mean of its intervals so far, and later that of 60 s; used once so
-many were seen."""
+PERIODS, PERIOD_S = 50, 600.0
+"""The receiver's period is the mean of its intervals so far, and later that of 600 s, which a
+growth within a minute hardly changes; used once so many were seen."""
 EVEN = 0.3
 """An interval further from the period, as a part of it, is of a lost fix or a backlog."""
+UNEVEN = 0.15
+"""Where intervals are off the period by this part of it in the mean, they do not say how late the
+fixes are."""
+SLACK_S = 0.1
+"""So much growth may be missed by the intervals: stamps of recorded flights vary by up to that."""
 AROUND = np.array([[math.cos(math.pi * k / 16), math.sin(math.pi * k / 16)] for k in range(32)]).T
 UP_AND_DOWN = np.array([[1.0, -1.0]])
 """Unit vectors that a difference is looked at from, beside those across the mean velocity."""
@@ -41,7 +46,9 @@ class LatencySeen:
     At a latency that grows by r s/s both the position and the velocity of a stamp are late, and
     the position moves by (1 - r) times the velocity. The sum of what it falls short on its way,
     in seconds of it, is the growth. In a hover there is no such way: there the intervals between
-    fixes say it, which a receiver takes at even times. It says nothing of who makes it.
+    fixes say it, which a receiver takes at even times and which a growth makes longer. Where they
+    are even they also bound it: a position that is pulled back does not make them longer. It says
+    nothing of who makes it.
     """
 
     def __init__(self) -> None:
@@ -50,6 +57,11 @@ class LatencySeen:
         """Growth of the latency, within 0 and MOST_S, seconds."""
         self.before_s = 0.0
         """The same before the newest step."""
+        self.may_s = 0.0
+        """Sum of what the latency may have grown by in each step by the intervals, seconds; falls
+        count as well."""
+        self._uneven_s = 0.0
+        """Mean deviation of the intervals from the period."""
         self._period_s = 0.0
         self._fixes = 0
 
@@ -57,6 +69,8 @@ class LatencySeen:
         """Take the next step."""
         self.before_s = self.late_s
         grown_s = self._by_interval(step.dt_s)
+        even = self._fixes > PERIODS and self._uneven_s < UNEVEN * self._period_s
+        self.may_s += grown_s if even else GROWTH * step.dt_s
         residual, velocity = step.residual, step.velocity
         if residual is not None and velocity is not None and step.from_velocity:
             squared = velocity[0] ** 2 + velocity[1] ** 2
@@ -71,25 +85,28 @@ class LatencySeen:
         if self._fixes and abs(dt_s - period_s) >= EVEN * period_s and self._fixes >= PERIODS:
             return dt_s - max(1, round(dt_s / period_s)) * period_s
         self._fixes += 1
-        self._period_s += max(1.0 / self._fixes, min(1.0, dt_s / PERIOD_S)) * (dt_s - period_s)
+        weight = max(1.0 / self._fixes, min(1.0, dt_s / PERIOD_S))
+        self._uneven_s += weight * (abs(dt_s - period_s) - self._uneven_s)
+        self._period_s += weight * (dt_s - period_s)
         return dt_s - period_s if self._fixes > PERIODS else 0.0
 
 
 @dataclass(frozen=True, slots=True)
 class Passed:
-    """What latency may have done over a step (m, m/s, s; see `unexplained`)."""
+    """What latency may have done over a step (m, m/s, s, s; see `unexplained`, `LatencySeen`)."""
 
     expected: Vector3
     velocity: Vector3
     late_s: float
+    may_s: float
 
 
 def unexplained(difference: Vector3, passed: Sequence[Passed]) -> tuple[float, float]:
     """Least length of a difference that no admitted change of latency explains, m.
 
     A growth of g seconds during a step takes g times its velocity off the position, a fall puts it
-    on. Admitted are growths of up to GROWTH in each step, together of what is left to MOST_S, and
-    falls of as much as had been seen of growth. What they can reach is a convex set; the distance
+    on. Admitted are growths of up to GROWTH in each step, together of what is left to MOST_S and
+    of what the intervals between the fixes admit, and falls of as much as had been seen of growth. What they can reach is a convex set; the distance
     to it is the largest that the difference goes beyond it in any direction.
 
     Args:
@@ -99,7 +116,8 @@ def unexplained(difference: Vector3, passed: Sequence[Passed]) -> tuple[float, f
     Returns:
         Horizontally and in height, each by itself.
     """
-    left_s = MOST_S - passed[0].late_s
+    may_s = max(one.may_s for one in passed) - passed[0].may_s + SLACK_S
+    left_s = min(MOST_S - passed[0].late_s, may_s)
     seen_s = max(one.late_s for one in passed)
     expected = np.array([one.expected for one in passed])
     velocity = np.array([one.velocity for one in passed])

@@ -97,7 +97,7 @@ class VelocityMismatchCheck:
     def begin(self) -> None:
         """Start all horizons anew: at a take-off, since receivers wander on the ground."""
         self._windows: dict[float, deque[_Mark]] = {one: deque() for one in HORIZONS_S}
-        self._mark = _Mark(0, ZERO, ZERO, 0.0, Passed(ZERO, ZERO, 0.0))
+        self._mark = _Mark(0, ZERO, ZERO, 0.0, Passed(ZERO, ZERO, 0.0, 0.0))
         self._persistence.reset()
 
     @property
@@ -128,12 +128,14 @@ class VelocityMismatchCheck:
             plus(before.difference, _clipped(residual, step.dt_s)),
             velocity,
             before.path_m + math.hypot(velocity[0], velocity[1]) * step.dt_s,
-            Passed(expected, velocity, self._latency.late_s),
+            Passed(expected, velocity, self._latency.late_s, self._latency.may_s),
         )
         found = [self._over(horizon_s) for horizon_s in HORIZONS_S]
         level, text = max((one.level, one.text) for one in found)
         margin = level / self.part
-        if max(one.without for one in found) >= self.part > level:
+        if margin >= 1.0:
+            self.later_s = None
+        elif max(one.without for one in found) >= self.part:
             self._later_ns = step.stamp_ns
             self.later_s = max(self.later_s or 0.0, self._latency.late_s)
         moving = math.hypot(*velocity) >= MOVING and margin < 1.0
