@@ -33,7 +33,8 @@ class DateParameters(Parameters):
     noise_gain: float = param(
         6.2,
         "The limit is this times the RMS difference of this flight so far: 5.4 times is the most "
-        "on clean flights of a receiver that loses its fix, 4.0 on others. Faithful: 0, the limit is `threshold`.",
+        "on clean flights of a receiver that loses its fix, 4.0 on others. Faithful: 0, the limit "
+        "is `threshold`.",
         low=0.0,
         high=100.0,
     )

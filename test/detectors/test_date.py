@@ -362,14 +362,14 @@ def test_the_limit_is_learnt_from_the_flight() -> None:
     told = [one for one in verdicts if one.state is not State.NOT_READY]
     assert {one.state for one in told} == {State.NORMAL}
     rms = 0.4 * math.sqrt(0.5) * math.sin(0.5) / 0.5
-    assert told[-1].threshold == pytest.approx(5.5 * rms, rel=0.05)
+    assert told[-1].threshold == pytest.approx(6.2 * rms, rel=0.05)
     assert told[0].stamp_ns == pytest.approx(22 * SECOND, abs=SECOND)
 
 
 def test_a_smooth_flight_has_the_least_limit_and_sees_less() -> None:
     verdicts = run(DateParameters(), swaying(0.001, 90.0))
     before = [one for one in verdicts if one.stamp_ns < 90 * SECOND]
-    assert before[-1].threshold < 5.5 * 0.35
+    assert before[-1].threshold < 6.2 * 0.35
     assert verdicts[-1].state is State.ALARM
     assert not any(one.state is State.ALARM for one in before)
 
@@ -475,7 +475,7 @@ def test_who_delays_first_buys_no_silence() -> None:
 
 def test_the_usual_difference_is_not_raised_by_a_lag_that_has_grown() -> None:
     late = run(DateParameters(), weaving(grown))
-    assert late[-1].threshold < 5.5 * 0.35
+    assert late[-1].threshold < 6.2 * 0.35
 
 
 def test_stamps_that_jump_back_and_forth_are_no_acceleration() -> None:

@@ -106,8 +106,9 @@ def unexplained(difference: Vector3, passed: Sequence[Passed]) -> tuple[float, f
 
     A growth of g seconds during a step takes g times its velocity off the position, a fall puts it
     on. Admitted are growths of up to GROWTH in each step, together of what is left to MOST_S and
-    of what the intervals between the fixes admit, and falls of as much as had been seen of growth. What they can reach is a convex set; the distance
-    to it is the largest that the difference goes beyond it in any direction.
+    of what the intervals between the fixes admit, and falls of as much as had been seen of growth.
+    What they can reach is a convex set; the distance to it is the largest that the difference goes
+    beyond it in any direction.
 
     Args:
         difference: Change of position less the integral of the velocity.
