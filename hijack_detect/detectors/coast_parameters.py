@@ -131,7 +131,7 @@ class CoastParameters(Parameters):
     threshold_high: float = param(
         4.7,
         "Highest limit, also of an attacker who pulls slowly. Recorded vehicles with vibration, "
-        "aliasing or a poor receiver reach 3.8 without an attack.",
+        "aliasing or a poor receiver reach 4.4 without an attack.",
         low=1.0,
         high=100.0,
     )
@@ -139,7 +139,7 @@ class CoastParameters(Parameters):
         4.7,
         "The limit is this times the usual score of this vehicle (cube root of the mean cube of "
         "the past two minutes), between the two above. On recorded flights the largest score "
-        "without an attack is 3.9 times the usual one.",
+        "without an attack is 4.1 times the usual one.",
         low=0.1,
         high=1000.0,
     )

@@ -139,11 +139,11 @@ class LagEkf(Ekf):
 
     @property
     def least_lags(self) -> tuple[float, float]:
-        """Lags of position and velocity beyond the nominal one, less 2 standard deviations, s."""
+        """Lags of position and velocity beyond the nominal one, less 3 standard deviations, s."""
         lag, difference = self.lags.tolist()
         block = self.covariance[LAGS, LAGS]
-        position = lag + difference - 2.0 * math.sqrt(block.sum())
-        return position, lag - 2.0 * math.sqrt(block[0, 0])
+        position = lag + difference - 3.0 * math.sqrt(block.sum())
+        return position, lag - 3.0 * math.sqrt(block[0, 0])
 
     def propagate(self, block: ImuBlock) -> None:
         """See Ekf."""
