@@ -232,17 +232,18 @@ class DateDetector:
         self._follow(stamp_ns, scores)
         held, at = self._lag.held, int(np.argmin(np.where(self._lag.judged, scores, np.inf)))
         score = float(min(scores[held], scores[at] / EXPLAINED))
-        ax, ay, az = deltas[at if score < scores[held] else held].tolist()
+        ax, ay, az = deltas[at if score < scores[held] and score <= limit else held].tolist()
         values = {"delta_ax": ax, "delta_ay": ay, "delta_az": az, **late(self._lag.least_s)}
         if self._learning(stamp_ns, float(scores[held]), score > limit):
             self._persistence.reset()
             reason = "the usual difference of this vehicle is learnt"
             return Verdict(self.NAME, stamp_ns, State.NOT_READY, 0.0, limit, reason, values)
         state = self._persistence.state(stamp_ns, score > limit)
-        reason = f"GPS and accelerometer differ by Δa {score:.2f} m/s² (limit {limit:.3g})"
+        size = math.hypot(ax, ay)
+        reason = f"GPS and accelerometer differ by Δa {size:.2f} m/s² (limit {limit:.3g})"
         if state is not State.NORMAL:
             reason = (
-                f"The GPS accelerates by {score:.2f} m/s² that the accelerometer does not feel, "
+                f"The GPS accelerates by {size:.2f} m/s² that the accelerometer does not feel, "
                 f"over {self._parameters.window_s:g} s (limit {limit:.3g})"
             )
         if words := late_words(values):

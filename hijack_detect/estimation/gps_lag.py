@@ -1,9 +1,9 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """A GPS that comes later than receivers do: from which lag on, and how that is said.
 
-The lag is the one that the filter of `coast` has learnt (`lag_ekf`). It is no judgement of whether
-the GPS is honest, and changes none: whoever forwards signals delays them as well. It names what an
-alert beside it may come from, for a filter that cannot follow takes manoeuvres for accelerations.
+The lag is the least that the filter of `coast` (`lag_ekf`), or the differences of `date`
+(`growing_lag`), admit. It is no judgement of whether the GPS is honest, and changes none: whoever
+forwards signals delays them as well. It names what an alert beside it may come from.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from collections.abc import Mapping
 
 LATE_S = 0.33
 """A lag beyond this is named: recorded receivers have 0.02 to 0.28 s, and no flight without a late
-GPS reaches it. From 0.38 s on the filter cannot follow (`ModelErrors.max_lag_s`)."""
+GPS reaches it."""
 LATE = "the GPS is late"
 LAG = "late_gps"
 """Value: the lag, s, where it is beyond LATE_S."""
@@ -28,6 +28,6 @@ def late(*lags_s: float) -> dict[str, float]:
 def late_words(values: Mapping[str, float]) -> str:
     """A lag beyond its limit in words, empty without one.
 
-    The filter follows slowly and up to a bound, so it is the least that the GPS lags by.
+    It is the least that the GPS lags by.
     """
     return f"lags by {values[LAG]:.2f} s or more" if LAG in values else ""

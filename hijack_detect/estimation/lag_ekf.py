@@ -32,6 +32,13 @@ SIZE = 17
 LAG_BAND_S = 0.1
 """Lags within this of the nominal one are a state only, beyond it the filter runs later: p − τv is
 linear in τ, and of 13 recorded receivers none is further off than 0.13 s."""
+LAG_SHOWN_BY = 0.5
+"""m/s²: horizontal acceleration from which on a lag shows, and the filter may run later for it. In
+a hover of three minutes, or on a straight where positions wander, the state drifts; a filter that
+had followed it by running later alarmed in the next turn (synthetic flights)."""
+MOST_LAG_SIGMA_S = 0.2
+"""The walk of the lag ends where its standard deviation is this: receivers in order do not walk,
+and a lag that may be anything takes up what an attack pulls."""
 STEPS = 512
 """Newest steps that are kept; far more than lie between two samples."""
 
@@ -43,10 +50,10 @@ class ModelErrors:
     Attributes:
         lag_sigma_s: Lags differ between receivers by this, and that of position from that of
             velocity, standard deviation, s.
-        lag_walk: Random walk of the lag, s/√s. Of a receiver in order it is 0.001; with 0.05 the
-            filter follows one whose latency grows, by 1.2 s within 10 s at the most. With 0.03 a
-            turn in such a time alarms, with 0.1 wrong lags take up accelerations (recorded
-            flights, and 54 with growing latency).
+        lag_walk: Random walk of the lag up to MOST_LAG_SIGMA_S, s/√s. Of a receiver in order it
+            is 0.001; with 0.05 the filter follows one whose latency grows by 1.2 s within 10 s.
+            With 0.03 a turn in such a time alarms (54 flights with growing latency), with 0.1
+            wrong lags take up accelerations (recorded flights).
         lag_difference_walk: The same for the difference of the two.
         lag_jitter_s: Velocity noise grows with acceleration times this, s.
         position_jitter_s: Position noise grows with speed times this, s.
@@ -64,7 +71,7 @@ class ModelErrors:
     position_jitter_s: float = 0.05
     force_scale: float = 0.03
     rate_scale: float = 0.02
-    max_lag_s: float = 0.2
+    max_lag_s: float = 0.4
     max_force: float = math.inf
     max_rate: float = math.inf
 
@@ -129,8 +136,10 @@ class LagEkf(Ekf):
 
     @property
     def beyond_band(self) -> float:
-        """See Ekf: the mean of both lags, beyond LAG_BAND_S."""
+        """See Ekf: the mean of both lags beyond LAG_BAND_S, in motion that shows it."""
         lag = float(self.lags[0] + 0.5 * self.lags[1])
+        if math.hypot(*self.acceleration[:2].tolist()) < LAG_SHOWN_BY:
+            return 0.0
         return lag - min(max(lag, -LAG_BAND_S), LAG_BAND_S)
 
     def rebase(self, shift_s: float) -> None:
@@ -142,7 +151,7 @@ class LagEkf(Ekf):
         """Lags of position and velocity beyond the nominal one, less 3 standard deviations, s."""
         lag, difference = self.lags.tolist()
         block = self.covariance[LAGS, LAGS]
-        position = lag + difference - 3.0 * math.sqrt(block.sum())
+        position = lag + difference - 3.0 * math.sqrt(max(0.0, block.sum()))
         return position, lag - 3.0 * math.sqrt(block[0, 0])
 
     def propagate(self, block: ImuBlock) -> None:
@@ -162,7 +171,8 @@ class LagEkf(Ekf):
         rate = math.hypot(*block.angular_velocity.mean(axis=0).tolist())
         noise[VELOCITY] += (e.force_scale * accel) ** 2 * seconds
         noise[ATTITUDE] += (e.rate_scale * rate) ** 2 * seconds
-        noise[LAGS] = np.square([e.lag_walk, e.lag_difference_walk]) * seconds
+        walks = self.covariance[LAG, LAG] < MOST_LAG_SIGMA_S**2
+        noise[LAGS] = np.square([walks * e.lag_walk, e.lag_difference_walk]) * seconds
         wild = (np.linalg.norm(block.specific_force, axis=1) > e.max_force) | (
             np.linalg.norm(block.angular_velocity, axis=1) > e.max_rate
         )

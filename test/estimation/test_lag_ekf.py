@@ -25,6 +25,7 @@ from hijack_detect.estimation.lag_ekf import (
     DIFFERENCE,
     LAG,
     LAG_BAND_S,
+    MOST_LAG_SIGMA_S,
     SIZE,
     STEPS,
     LagEkf,
@@ -141,7 +142,8 @@ def test_a_latency_that_grows_is_followed() -> None:
 @given(lag=st.floats(-0.2, 0.2), difference=st.floats(-0.1, 0.1))
 def test_what_is_beyond_the_band_can_be_taken_over(lag: float, difference: float) -> None:
     ekf = LagEkf(LEVEL, SIGMAS, NOISE, ModelErrors())
-    ekf.lags = np.array([lag, difference])
+    assert ekf.beyond_band == 0.0
+    ekf.lags, ekf.acceleration = np.array([lag, difference]), np.array([0.0, 1.0, 0.0])
     middle = lag + 0.5 * difference
     if abs(middle) <= LAG_BAND_S:
         assert ekf.beyond_band == 0.0
@@ -154,7 +156,7 @@ def test_what_is_beyond_the_band_can_be_taken_over(lag: float, difference: float
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_lag_beyond_the_bound_is_held_at_it(sign: float) -> None:
-    ekf = flown(0.5 * sign, 0.5 * sign, 40.0)
+    ekf = flown(0.8 * sign, 0.8 * sign, 40.0)
     assert ekf.lags[0] == sign * STEADY.max_lag_s
     assert abs(ekf.lags[1]) <= STEADY.max_lag_s
 
@@ -167,6 +169,20 @@ def test_a_vehicle_at_rest_shows_no_lag() -> None:
         measure(ekf, VELOCITY, np.zeros(3))
     np.testing.assert_allclose(ekf.lags, np.zeros(2), atol=1e-9)
     assert np.all(np.diag(ekf.covariance)[15:] >= 0.99 * ModelErrors().lag_sigma_s ** 2)
+
+
+def test_a_long_hover_makes_no_filter_run_later() -> None:
+    """Ten minutes with the noise of a receiver: the state may drift, the uncertainty ends."""
+    rng = np.random.default_rng(3)
+    ekf = LagEkf(LEVEL, SIGMAS, NOISE, ModelErrors())
+    wander = np.zeros(3)
+    for _ in range(3000):
+        ekf.propagate(still_block(4, tuple(rng.normal(0.0, 0.1, 3))))
+        wander = math.exp(-0.01) * wander + rng.normal(0.0, 0.07, 3)
+        measure(ekf, POSITION, wander)
+        measure(ekf, VELOCITY, rng.normal(0.0, 0.1, 3))
+        assert ekf.beyond_band == 0.0
+    assert ekf.covariance[LAG, LAG] < 1.1 * MOST_LAG_SIGMA_S**2
 
 
 def test_what_a_lagging_position_is_expected_to_be_by_hand() -> None:
