@@ -13,6 +13,8 @@ from hypothesis import strategies as st
 from hijack_detect.detectors.gnss_checks.latency import (
     GROWTH,
     MOST_S,
+    FixIntervals,
+    LatencyMark,
     Passed,
     unexplained,
     without_latency,
@@ -156,8 +158,11 @@ vectors = st.tuples(st.floats(-30, 30), st.floats(-30, 30), st.floats(-9, 9))
 def test_latency_explains_at_most_the_difference(
     difference: Vector3, steps: list[tuple[Vector3, float]]
 ) -> None:
-    passed = [Passed((0.2 * v[0], 0.2 * v[1], 0.2 * v[2]), v, late_s, 0.0) for v, late_s in steps]
-    across, up = unexplained(difference, passed)
+    passed = [
+        Passed((0.2 * v[0], 0.2 * v[1], 0.2 * v[2]), v, LatencyMark(backlog_s=late_s))
+        for v, late_s in steps
+    ]
+    across, up = unexplained(difference, passed[0].latency, passed)
     assert 0.0 <= across <= math.hypot(difference[0], difference[1]) + 1e-9
     assert 0.0 <= up <= abs(difference[2]) + 1e-9
 
@@ -167,21 +172,23 @@ def test_a_growth_within_the_bounds_is_explained_and_what_is_across_is_not(
     v: Vector3, rate: float, count: int, aside_m: float
 ) -> None:
     expected = (0.2 * v[0], 0.2 * v[1], 0.2 * v[2])
-    passed = [Passed(expected, v, 0.0, 0.2 * rate * (k + 1)) for k in range(count)]
+    passed = [Passed(expected, v, LatencyMark(bound_s=0.2 * rate * (k + 1))) for k in range(count)]
     off = -rate * 0.2 * count
-    assert unexplained((off * v[0], off * v[1], off * v[2]), passed)[0] <= 1e-6
+    assert unexplained((off * v[0], off * v[1], off * v[2]), LatencyMark(), passed)[0] <= 1e-6
     speed = math.hypot(v[0], v[1])
     assume(speed > 1.0)
     across = (-aside_m * v[1] / speed, aside_m * v[0] / speed)
     aside = (off * v[0] + across[0], off * v[1] + across[1], 0.0)
-    assert unexplained(aside, passed)[0] == pytest.approx(aside_m, rel=0.01, abs=1e-6)
+    assert unexplained(aside, LatencyMark(), passed)[0] == pytest.approx(
+        aside_m, rel=0.01, abs=1e-6
+    )
 
 
 @given(vectors, vectors, st.floats(0.0, 2.0), st.floats(0.0, MOST_S))
 def test_a_step_across_the_path_stays(
-    residual: Vector3, v: Vector3, over_s: float, seen_s: float
+    residual: Vector3, v: Vector3, growth_s: float, fall_s: float
 ) -> None:
-    left = without_latency(residual, v, over_s, seen_s)
+    left = without_latency(residual, v, growth_s, fall_s)
     assert math.hypot(left[0], left[1]) <= math.hypot(residual[0], residual[1]) + 1e-6
     cross = (residual[0] * v[1] - residual[1] * v[0], left[0] * v[1] - left[1] * v[0])
     assert cross[1] == pytest.approx(cross[0], abs=1e-6)
