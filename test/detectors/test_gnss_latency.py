@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 from hijack_detect.detectors.gnss_checks.latency import (
     GROWTH,
     MOST_S,
-    FixIntervals,
     LatencyMark,
     Passed,
     unexplained,
@@ -188,7 +187,7 @@ def test_a_growth_within_the_bounds_is_explained_and_what_is_across_is_not(
 def test_a_step_across_the_path_stays(
     residual: Vector3, v: Vector3, growth_s: float, fall_s: float
 ) -> None:
-    left = without_latency(residual, v, growth_s, fall_s)
+    left = without_latency(residual, v, v, growth_s, fall_s)
     assert math.hypot(left[0], left[1]) <= math.hypot(residual[0], residual[1]) + 1e-6
     cross = (residual[0] * v[1] - residual[1] * v[0], left[0] * v[1] - left[1] * v[0])
     assert cross[1] == pytest.approx(cross[0], abs=1e-6)

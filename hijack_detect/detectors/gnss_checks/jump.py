@@ -98,7 +98,7 @@ class JumpCheck:
         base = max(p.suspicious_m, p.accuracy_gain * min(step.claimed_m, p.accuracy_cap_m))
         allowed = base + slack
         if by_velocity and step.blind_s * NANOSECONDS < WINDOW_NS:
-            size = self._size(self._timed(residual, step, step.dt_s, self._latency.before))
+            size = self._size(self._timed(residual, step, step, self._latency.before))
             whole = self._add(step, residual)
             if whole / (base * STRIDE + slack) > size / allowed:
                 size, allowed = whole, base * STRIDE + slack
@@ -124,11 +124,13 @@ class JumpCheck:
     def _size(self, residual: Vector3) -> float:
         return abs(residual[2]) if self._vertical else math.hypot(residual[0], residual[1])
 
-    def _timed(self, moved: Vector3, step: Step, seconds: float, start: LatencyMark) -> Vector3:
+    def _timed(self, moved: Vector3, first: Step, last: Step, start: LatencyMark) -> Vector3:
         """What latency does not explain, see `without_latency`; all of it in height."""
-        if self._vertical or step.velocity is None:
+        if self._vertical or first.before is None or last.velocity is None:
             return moved
-        return without_latency(moved, step.velocity, *self._latency.change_s(start, seconds))
+        seconds = (last.stamp_ns - first.previous.stamp_ns) / NANOSECONDS
+        change_s = self._latency.change_s(start, seconds)
+        return without_latency(moved, first.before, last.velocity, *change_s)
 
     def _add(self, step: Step, residual: Vector3) -> float:
         """Size of the sum of the residuals of the last second."""
@@ -137,8 +139,7 @@ class JumpCheck:
         while step.stamp_ns - self._steps[0][0].stamp_ns >= WINDOW_NS:
             self._sum = minus(self._sum, self._steps.popleft()[1])
         first, _, start = self._steps[0]
-        seconds = (step.stamp_ns - first.previous.stamp_ns) / NANOSECONDS
-        return self._size(self._timed(self._sum, step, seconds, start))
+        return self._size(self._timed(self._sum, first, step, start))
 
     def _forget(self) -> None:
         self._steps.clear()

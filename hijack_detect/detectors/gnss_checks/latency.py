@@ -34,6 +34,9 @@ brake from 12 to 3 m/s in a hole of 3 s is 1.5 s wrong."""
 PERIODS, PERIOD_S = 50, 600.0
 """The receiver's period is the mean of its first 50 intervals, then of all, later of 600 s, which a
 growth within a minute hardly changes."""
+CLIP_JITTERS, CLIP_PERIOD = 3.0, 0.01
+"""An interval moves the mean as if it were off by at most so many mean deviations, or this part of
+the period if that is more: a growth early in a flight would else count as a longer period."""
 MAX_INTERVAL_S = 2.0
 """A longer interval is an outage, and says nothing of the period or the latency."""
 NEAR = 0.3
@@ -88,8 +91,10 @@ class FixIntervals:
             return dt_s - max(1, round(dt_s / period_s)) * period_s
         self._count += 1
         weight = max(1.0 / self._count, min(1.0, dt_s / PERIOD_S))
-        self._jitter_s += weight * (abs(dt_s - period_s) - self._jitter_s)
-        self.period_s += weight * (dt_s - period_s)
+        most_s = max(CLIP_JITTERS * self._jitter_s, CLIP_PERIOD * period_s)
+        off_s = max(-most_s, min(most_s, dt_s - period_s))
+        self._jitter_s += weight * (abs(off_s) - self._jitter_s)
+        self.period_s += weight * off_s
         return dt_s - period_s
 
     def _learn(self) -> None:
@@ -165,7 +170,7 @@ class LatencySeen:
         return min(GROWTH * seconds, grown_s), fall_s
 
     def _short(self, step: Step, grown_s: float) -> float:
-        """Seconds that the position falls short in a step; by the interval where that is unclear."""
+        """Seconds that the position falls short in a step; by the interval where it is unclear."""
         residual, velocity = step.residual, step.velocity
         blind = step.blind_s > max(BLIND_S, BLIND_PERIODS * self._intervals.period_s)
         if residual is None or velocity is None or not step.from_velocity or blind:
@@ -211,8 +216,9 @@ def unexplained(
     Returns:
         Horizontally and in height, each by itself.
     """
-    bound_s = max(one.latency.bound_s for one in passed) - start.bound_s
-    left_s = min(MOST_S - start.short_s, max(0.0, bound_s) + SLACK_S)
+    bound_s = np.array([start.bound_s, *(one.latency.bound_s for one in passed)])
+    grown_s = float((bound_s - np.minimum.accumulate(bound_s)).max())
+    left_s = min(MOST_S - start.short_s, grown_s + SLACK_S)
     backlog_s = np.array([start.backlog_s, *(one.latency.backlog_s for one in passed)])
     fallen_s = float((np.maximum.accumulate(backlog_s) - backlog_s).max())
     fall_s = min(float(backlog_s.max()), fallen_s + SLACK_S)
@@ -234,18 +240,21 @@ def unexplained(
 
 
 def without_latency(
-    residual: Vector3, velocity: Vector3, growth_s: float, fall_s: float
+    residual: Vector3, first: Vector3, last: Vector3, growth_s: float, fall_s: float
 ) -> Vector3:
     """What no admitted change of latency explains of what a position moved too far, m.
 
-    Only along the path, and in motion.
+    Only along the path, and in motion. What a backlog on a circle hides is the chord of its arc,
+    whose direction is the mean of the two velocities at its ends.
 
     Args:
         residual: Change of position less the expected one.
-        velocity: Velocity, m/s.
+        first: Velocity before it, m/s.
+        last: Velocity after it, m/s.
         growth_s: Largest growth meanwhile, s: the position falls short by it.
         fall_s: Largest fall meanwhile, s: the position is ahead by it.
     """
+    velocity = (0.5 * (first[0] + last[0]), 0.5 * (first[1] + last[1]))
     squared = velocity[0] ** 2 + velocity[1] ** 2
     if squared < MOVING**2:
         return residual
