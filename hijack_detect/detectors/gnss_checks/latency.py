@@ -119,17 +119,23 @@ class LatencyMark:
     """Sum of what the latency can have grown in each step: by the interval, falls included, where
     these are even, otherwise by GROWTH."""
 
+    @property
+    def seen_s(self) -> float:
+        """Growth by either measure. A fall is explained up to this, if the intervals show it."""
+        return max(self.short_s, self.backlog_s)
+
 
 class LatencySeen:
     """Measures how much later fixes have become, by their positions and by their intervals.
 
     While the latency grows by r s/s, both the position and the velocity of a stamp are late, and
-    the position moves by (1 - r) times the velocity. `short_s` sums up what is missing. Whoever
-    pulls a position back makes that, too, so it only counts against what may still be explained.
+    the position moves by (1 - r) times the velocity. `short_s` sums up what is missing. In a hover
+    nothing is missing; there it follows the intervals.
 
     A receiver takes fixes at even times. A latency that grows makes the intervals between stamps
-    longer, one that falls makes them shorter, whatever the position is. So only the intervals
-    give `backlog_s`, and a position may only run ahead as they become shorter.
+    longer, one that falls makes them shorter, whatever the position does. So a position that is
+    pulled back is explained only as far as intervals became longer meanwhile, and one that runs
+    ahead only as far as they became shorter. Where they are uneven, running ahead is not explained.
     """
 
     def __init__(self) -> None:
@@ -163,11 +169,13 @@ class LatencySeen:
             start: The mark.
             seconds: Time since then.
         """
-        fall_s = min(start.backlog_s, max(0.0, start.backlog_s - self.now.backlog_s) + SLACK_S)
         if not self._intervals.even:
-            return GROWTH * min(seconds, WINDOW_NS / NANOSECONDS), fall_s
-        grown_s = max(0.0, self.now.bound_s - start.bound_s) + SLACK_S
-        return min(GROWTH * seconds, grown_s), fall_s
+            return GROWTH * min(seconds, WINDOW_NS / NANOSECONDS), 0.0
+        grown_s = self.now.bound_s - start.bound_s
+        return (
+            min(GROWTH * seconds, max(0.0, grown_s) + SLACK_S),
+            min(start.seen_s, max(0.0, -grown_s) + SLACK_S),
+        )
 
     def _short(self, step: Step, grown_s: float) -> float:
         """Seconds that the position falls short in a step; by the interval where it is unclear."""
@@ -219,9 +227,9 @@ def unexplained(
     bound_s = np.array([start.bound_s, *(one.latency.bound_s for one in passed)])
     grown_s = float((bound_s - np.minimum.accumulate(bound_s)).max())
     left_s = min(MOST_S - start.short_s, grown_s + SLACK_S)
-    backlog_s = np.array([start.backlog_s, *(one.latency.backlog_s for one in passed)])
-    fallen_s = float((np.maximum.accumulate(backlog_s) - backlog_s).max())
-    fall_s = min(float(backlog_s.max()), fallen_s + SLACK_S)
+    seen_s = max(start.seen_s, *(one.latency.seen_s for one in passed))
+    fallen_s = float((np.maximum.accumulate(bound_s) - bound_s).max())
+    fall_s = min(seen_s, fallen_s + SLACK_S)
     expected = np.array([one.expected for one in passed])
     velocity = np.array([one.velocity for one in passed])
     found = []

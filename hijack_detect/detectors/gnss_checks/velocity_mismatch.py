@@ -35,6 +35,8 @@ MAX_RATE = (5.0, 10.0)
 for the jump check, and must not weigh on 20 s."""
 WORTH_EXPLAINING = 0.4
 """Margin from which on latency is asked for an explanation: below, it would change nothing."""
+LEAST_S = 0.05
+"""A growth of less is not named: it would read as 0.0 s."""
 LATER_NS = 10 * NANOSECONDS
 """A latency that was needed for an explanation is named for so long."""
 
@@ -141,8 +143,9 @@ class VelocityMismatchCheck:
         if margin >= 1.0:
             self.later_s = None
         elif max(one.without for one in found) >= self.part:
-            self._later_ns = step.stamp_ns
-            self.later_s = max(self.later_s or 0.0, self._latency.now.short_s)
+            later_s = max(self.later_s or 0.0, self._latency.now.seen_s)
+            if later_s >= LEAST_S:
+                self._later_ns, self.later_s = step.stamp_ns, later_s
         moving = math.hypot(*velocity) >= MOVING and margin < 1.0
         self._learned.add(step.stamp_ns, level, moving=moving)
         state = self._persistence.state(step.stamp_ns, margin >= 1.0)
