@@ -104,12 +104,13 @@ def test_what_was_shown_on_the_ground_is_forgotten_at_the_take_off() -> None:
 
 
 def test_a_shown_step_raises_the_limit_for_minutes_only() -> None:
-    """However large: the limit of 10 m is back at 7 m within 180 s."""
+    """7 m beside a claim of 5 m count as 4 m, which are 2.2 m after 180 s."""
 
     def offset(t: float) -> Vector3:
-        return (9.0 * (15.0 <= t < 15.8) + 7.5 * (t >= 200.0), 0.0, 0.0)
+        return (7.0 * (15.0 <= t < 16.0) + 8.0 * (t >= 200.0), 0.0, 0.0)
 
-    assert alarms(run(flight(215.0, offset)))[-1] > 170.0
+    sent = claiming(flight(205.0, offset), lambda t: 5.0 if t < 25.0 else 1.0)
+    assert alarms(run(sent))
 
 
 def test_a_reflection_while_a_backlog_drains_is_none() -> None:
