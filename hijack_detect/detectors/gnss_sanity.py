@@ -75,6 +75,7 @@ class GnssSanityDetector:
         self._receiver = ReceiverHealth(_receiver_limits(p))
         self._rate = ClockRateCheck()
         self._stamps = StampsCheck(p.stamps_alarm, p.stamps_in_s)
+        self._lasting = LastingStep(p.jump_lasting_m, p.manoeuvre_m_s2, self._latency)
         self._checks: tuple[Check, ...] = (
             self._stamps,
             PublishersCheck(),
@@ -83,7 +84,7 @@ class GnssSanityDetector:
                 "jump",
                 _jump_limits(p, p.jump_suspicious_m, p.jump_alarm_m),
                 self._latency,
-                LastingStep(p.jump_lasting_m, p.manoeuvre_m_s2, self._latency),
+                self._lasting,
                 vertical=False,
             ),
             JumpCheck(
@@ -108,6 +109,7 @@ class GnssSanityDetector:
         if isinstance(sample, PhaseSample):
             if self._gate.update(sample):
                 self._mismatch.begin()
+                self._lasting.take_off()
             return self._lost(stamp_ns)
         if isinstance(sample, FixSample):
             self._watch.see("fix", stamp_ns)

@@ -5,12 +5,12 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
-from gnss_stream import Sent, flight, run, seconds
+from gnss_stream import SECOND, START_NS, Sent, flight, run, seconds
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.streams.samples import Vector3
+from hijack_detect.streams.samples import Phase, PhaseSample, Vector3
 
 JUMP_S = 30.0
 
@@ -78,6 +78,54 @@ def test_nothing_that_is_claimed_or_shown_hides_a_step_of_three_limits(
         return (trained_m * (t // 6.0 % 2) if t < JUMP_S else metres, 0.0, 0.0)
 
     assert alarms(run(claiming(flight(40.0, offset), lambda _: accuracy_m)))
+
+
+@pytest.mark.parametrize("metres", [14.0, 300.0])
+def test_what_a_receiver_does_before_it_has_settled_raises_no_limit(metres: float) -> None:
+    def offset(t: float) -> Vector3:
+        return (metres * (t > 3.0) + step(8.0)(t)[0], 0.0, 0.0)
+
+    assert any(0.0 < one < 2.0 for one in alarms(run(flight(40.0, offset))))
+
+
+def test_what_was_shown_on_the_ground_is_forgotten_at_the_take_off() -> None:
+    """It switches by 4.5 m on the ground, and jumps by 7.5 m in the air."""
+
+    def offset(t: float) -> Vector3:
+        return (4.5 * (t // 3.0 % 2) if t < 21.0 else step(7.5)(t)[0], 0.0, 0.0)
+
+    sent = flight(40.0, offset)
+    assert not alarms(run(sent))
+    for half in range(80):
+        phase = Phase.STANDING if half < 44 else Phase.FLYING
+        stamp_ns = START_NS + half * SECOND // 2
+        sent.append(("phase", PhaseSample(stamp_ns, phase, stamp_ns, "test", 50.0)))
+    assert alarms(run(sorted(sent, key=lambda one: one[1].stamp_ns)))
+
+
+def test_a_shown_step_raises_the_limit_for_minutes_only() -> None:
+    """7 m beside a claim of 5 m count as 4 m, which are 2.2 m after 180 s."""
+
+    def offset(t: float) -> Vector3:
+        return (7.0 * (15.0 <= t < 16.0) + 8.0 * (t >= 200.0), 0.0, 0.0)
+
+    sent = claiming(flight(205.0, offset), lambda t: 5.0 if t < 25.0 else 1.0)
+    assert alarms(run(sent))
+
+
+def test_a_reflection_while_a_backlog_drains_is_none() -> None:
+    """1 s at 10 m/s drains at 80 s, and a reflection takes 5.8 m for 3 s."""
+    sent: Sent = []
+    newest: dict[str, int] = {}
+    for name, one in flight(95.0, lambda t: (0.0, 5.8 * (80.0 <= t < 83.0), 0.0), speed=10.0):
+        t = seconds(one)
+        later_s = min(1.0, max(0.0, (t - 50.0) / 12.0)) if t < 80.0 else 0.0
+        stamp_ns = max(one.stamp_ns + round(later_s * SECOND), newest.get(name, 0) + SECOND // 50)
+        newest[name] = stamp_ns
+        sent.append((name, replace(one, stamp_ns=stamp_ns)))
+    verdicts = run(sorted(sent, key=lambda one: one[1].stamp_ns))
+    assert State.SUSPICIOUS in {one.state for one in verdicts}
+    assert not alarms(verdicts)
 
 
 def test_a_receiver_that_comes_back_from_a_gap_may_settle() -> None:

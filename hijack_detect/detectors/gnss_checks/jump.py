@@ -8,13 +8,19 @@ from collections import deque
 from dataclasses import dataclass
 
 from hijack_detect.detectors.gnss_checks.lasting_step import LastingStep
-from hijack_detect.detectors.gnss_checks.latency import LatencySeen, without_latency
-from hijack_detect.detectors.gnss_checks.step import ZERO, Finding, Step, known, minus, plus
+from hijack_detect.detectors.gnss_checks.latency import LatencyMark, LatencySeen, without_latency
+from hijack_detect.detectors.gnss_checks.step import (
+    WINDOW_NS,
+    ZERO,
+    Finding,
+    Step,
+    known,
+    minus,
+    plus,
+)
 from hijack_detect.detectors.verdict import State
 from hijack_detect.streams.samples import NANOSECONDS, Vector3
 
-WINDOW_NS = 11 * NANOSECONDS // 10
-"""A jump in several smaller steps over 1 s counts as one."""
 REPEATS, REPEAT_NS = 3, 5 * NANOSECONDS
 """So many jumps within this time are an alarm: a reflection comes and goes, it does not hop."""
 APART_NS = NANOSECONDS // 10
@@ -60,7 +66,8 @@ class JumpCheck:
         self._lasting = lasting
         self._limits = limits
         self._vertical = vertical
-        self._steps: deque[tuple[int, Vector3, float]] = deque()
+        self._steps: deque[tuple[Step, Vector3, LatencyMark]] = deque()
+        """With its residual, and the latency before it."""
         self._sum: Vector3 = ZERO
         self._jumps: deque[int] = deque(maxlen=REPEATS)
         self._blind_s = math.inf
@@ -87,12 +94,11 @@ class JumpCheck:
         p = self._limits
         by_velocity = step.from_velocity and not (self._vertical and step.level)
         size = self._size(residual)
-        slack = p.manoeuvre_m_s2 * step.blind_s**2 * (0.25 if by_velocity else 1.0)
-        claimed = max(step.fix.accuracy_m or 0.0, step.previous.accuracy_m or 0.0)
-        base = max(p.suspicious_m, p.accuracy_gain * min(claimed, p.accuracy_cap_m))
+        slack = step.hidden_m(p.manoeuvre_m_s2, by_velocity=by_velocity)
+        base = max(p.suspicious_m, p.accuracy_gain * min(step.claimed_m, p.accuracy_cap_m))
         allowed = base + slack
         if by_velocity and step.blind_s * NANOSECONDS < WINDOW_NS:
-            size = self._size(self._timed(residual, step, step.dt_s, self._latency.before_s))
+            size = self._size(self._timed(residual, step, step, self._latency.before))
             whole = self._add(step, residual)
             if whole / (base * STRIDE + slack) > size / allowed:
                 size, allowed = whole, base * STRIDE + slack
@@ -118,21 +124,22 @@ class JumpCheck:
     def _size(self, residual: Vector3) -> float:
         return abs(residual[2]) if self._vertical else math.hypot(residual[0], residual[1])
 
-    def _timed(self, moved: Vector3, step: Step, seconds: float, seen_s: float) -> Vector3:
+    def _timed(self, moved: Vector3, first: Step, last: Step, start: LatencyMark) -> Vector3:
         """What latency does not explain, see `without_latency`; all of it in height."""
-        if self._vertical or step.velocity is None:
+        if self._vertical or first.before is None or last.velocity is None:
             return moved
-        return without_latency(moved, step.velocity, seconds, seen_s)
+        seconds = (last.stamp_ns - first.previous.stamp_ns) / NANOSECONDS
+        change_s = self._latency.change_s(start, seconds)
+        return without_latency(moved, first.before, last.velocity, *change_s)
 
     def _add(self, step: Step, residual: Vector3) -> float:
         """Size of the sum of the residuals of the last second."""
-        self._steps.append((step.stamp_ns, residual, self._latency.before_s))
+        self._steps.append((step, residual, self._latency.before))
         self._sum = plus(self._sum, residual)
-        while step.stamp_ns - self._steps[0][0] >= WINDOW_NS:
+        while step.stamp_ns - self._steps[0][0].stamp_ns >= WINDOW_NS:
             self._sum = minus(self._sum, self._steps.popleft()[1])
-        first_ns, _, seen_s = self._steps[0]
-        seconds = (step.stamp_ns - first_ns) / NANOSECONDS + step.dt_s
-        return self._size(self._timed(self._sum, step, seconds, seen_s))
+        first, _, start = self._steps[0]
+        return self._size(self._timed(self._sum, first, step, start))
 
     def _forget(self) -> None:
         self._steps.clear()

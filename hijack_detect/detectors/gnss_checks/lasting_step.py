@@ -5,16 +5,14 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from hijack_detect.detectors.gnss_checks.latency import LatencySeen, without_latency
-from hijack_detect.detectors.gnss_checks.step import ZERO, Finding, Step, minus, plus
+from hijack_detect.detectors.gnss_checks.latency import LatencyMark, LatencySeen, without_latency
+from hijack_detect.detectors.gnss_checks.step import WINDOW_NS, ZERO, Finding, Step, minus, plus
 from hijack_detect.detectors.gnss_checks.velocity_mismatch import without_lag
 from hijack_detect.detectors.verdict import State
 from hijack_detect.streams.samples import NANOSECONDS, Vector3
 
-WINDOW_NS = 11 * NANOSECONDS // 10
-"""A jump in several smaller steps over 1 s counts as one."""
 LONG_S = 6.0
 """A step just beyond the limit must last for so long: reflections end within some seconds."""
 SHORT_S = 1.0
@@ -43,7 +41,7 @@ class _Place:
     off: Vector3
     """Position off the integral of the velocity, m."""
     velocity: Vector3
-    late_s: float
+    latency: LatencyMark
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,8 +49,10 @@ class _Jumped:
     """A step that has not been taken back yet."""
 
     stamp_ns: int
-    before: Vector3
-    """Position off the integral before it, m."""
+    before: _Place
+    """Where it began."""
+    velocity: Vector3
+    """Velocity WINDOW_NS after it, or the newest until then: turns later do not turn the step."""
     direction: Vector3
     limit_m: float
 
@@ -62,7 +62,8 @@ class LastingStep:
 
     A step beyond a limit that follows what this receiver claims and has shown is an ALARM once it
     has lasted: SHORT_S if it is large, LONG_S otherwise. What a change of latency, or a lag of the
-    position to a changing velocity, explains of it is taken off.
+    position to a changing velocity, explains of it is taken off. Nothing that a receiver does
+    before it has settled, or before a take-off, raises its limit.
     """
 
     def __init__(self, lowest_m: float, manoeuvre_m_s2: float, latency: LatencySeen) -> None:
@@ -89,6 +90,11 @@ class LastingStep:
         self._jumped: _Jumped | None = None
         self._sizes.clear()
 
+    def take_off(self) -> None:
+        """Forget what the receiver has shown on the ground."""
+        self._shown_m = 0.0
+        self.begin()
+
     def judge(self, step: Step) -> Finding:
         """See Check."""
         residual, velocity = step.residual, step.velocity
@@ -102,51 +108,64 @@ class LastingStep:
         self._shown_m *= 1.0 - FORGET_PER_S * min(1.0, step.dt_s)
         if not self._places:
             before = velocity if step.before is None else step.before
-            start = _Place(step.previous.stamp_ns, ZERO, before, self._latency.before_s)
+            start = _Place(step.previous.stamp_ns, ZERO, before, self._latency.before)
             self._places.append(start)
         self._off = plus(self._off, (residual[0], residual[1], 0.0))
-        here = _Place(step.stamp_ns, self._off, velocity, self._latency.late_s)
+        here = _Place(step.stamp_ns, self._off, velocity, self._latency.now)
         self._places.append(here)
         while here.stamp_ns - self._places[0].stamp_ns >= WINDOW_NS:
             self._places.popleft()
-        moved = self._moved(here)
+        first = self._places[0]
+        moved = self._moved(first, here, velocity)
         size, limit = math.hypot(moved[0], moved[1]), self._limit(step)
         settled = step.stamp_ns - self._since_ns > SETTLED_NS
-        if self._jumped is None and size > limit and settled:
+        if not settled:
+            return Finding()
+        if self._jumped is None and size > limit:
             direction = (moved[0] / size, moved[1] / size, 0.0)
-            before = self._places[0].off
-            self._jumped = _Jumped(step.stamp_ns, before, direction, limit)
+            self._jumped = _Jumped(step.stamp_ns, first, velocity, direction, limit)
         if self._jumped is None:
             self._learn(here.stamp_ns, size)
-            return Finding(PENDING * min(1.0, size / limit) if settled else 0.0)
+            return Finding(PENDING * min(1.0, size / limit))
+        if here.stamp_ns - self._jumped.stamp_ns <= WINDOW_NS:
+            self._jumped = replace(self._jumped, velocity=velocity)
         return self._wait(self._jumped, here)
 
     def _learn(self, stamp_ns: int, size: float) -> None:
         """Count a size as shown once it is no beginning of a larger step."""
         self._sizes.append((stamp_ns, size))
         while stamp_ns - self._sizes[0][0] > 2 * WINDOW_NS:
-            self._shown_m = max(self._shown_m, self._sizes.popleft()[1])
+            self._show(self._sizes.popleft()[1])
 
-    def _moved(self, here: _Place) -> Vector3:
-        """What neither lag nor latency explains of the change within the window."""
-        first = self._places[0]
+    def _show(self, size: float) -> None:
+        """Count a size as shown, as far as it raises the limit."""
+        self._shown_m = max(self._shown_m, min(size, MOST * self._lowest_m / SHOWN))
+
+    def _moved(self, first: _Place, here: _Place, velocity: Vector3) -> Vector3:
+        """What neither lag nor latency explains of the change between two places.
+
+        Args:
+            first: Where it began.
+            here: Where it is now.
+            velocity: When the change was over.
+        """
         seconds = (here.stamp_ns - first.stamp_ns) / NANOSECONDS
         change = minus(here.velocity, first.velocity)
         moved = without_lag(minus(here.off, first.off), (change[0], change[1], 0.0))
-        return without_latency(moved, here.velocity, seconds, first.late_s)
+        growth_s, fall_s = self._latency.change_s(first.latency, seconds)
+        return without_latency(moved, first.velocity, velocity, growth_s, fall_s)
 
     def _limit(self, step: Step) -> float:
-        claimed = max(step.fix.accuracy_m or 0.0, step.previous.accuracy_m or 0.0)
-        wanted = max(CLAIMED * min(claimed, MOST_CLAIMED_M), SHOWN * self._shown_m)
+        wanted = max(CLAIMED * min(step.claimed_m, MOST_CLAIMED_M), SHOWN * self._shown_m)
         limit = max(self._lowest_m, min(wanted, MOST * self._lowest_m))
-        return limit + 0.25 * self._manoeuvre * step.blind_s**2
+        return limit + step.hidden_m(self._manoeuvre, by_velocity=True)
 
     def _wait(self, jumped: _Jumped, here: _Place) -> Finding:
         """What is to be said of a step that is being waited for."""
-        away = minus(here.off, jumped.before)
+        away = self._moved(jumped.before, here, jumped.velocity)
         metres = away[0] * jumped.direction[0] + away[1] * jumped.direction[1]
         if metres <= jumped.limit_m:
-            self._shown_m = max(self._shown_m, jumped.limit_m)
+            self._show(jumped.limit_m)
             self.begin()
             return Finding()
         lasted_s = (here.stamp_ns - jumped.stamp_ns) / NANOSECONDS

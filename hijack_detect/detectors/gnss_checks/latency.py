@@ -4,122 +4,232 @@
 from __future__ import annotations
 
 import math
+import statistics
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from hijack_detect.detectors.gnss_checks.step import Step
-from hijack_detect.streams.samples import Vector3
+from hijack_detect.detectors.gnss_checks.step import WINDOW_NS, Step
+from hijack_detect.streams.samples import NANOSECONDS, Vector3
 
 GROWTH = 0.15
 """s/s. The latency grows no faster: a link that fills up, 1.5 s within 10 s. It may fall at once,
 as a backlog drains."""
 MOST_S = 1.5
 """s. It grows by no more: what a link holds back without a loss that is seen as one."""
-SEEN = 1.0
-"""s/s. A step back counts for no faster growth of what was seen: the noise of a step, 0.1 m at
-5 Hz, is 0.1 s/s at 5 m/s and must count with both signs, a jump must not count."""
+MAX_SHORT_RATE = 1.0
+"""s/s. `short_s` rises no faster than this in a step. The noise of a step, 0.1 m at 5 Hz, is
+0.1 s/s at 5 m/s and has to cancel, so both signs of it count; a jump is far above it."""
 FORGET_PER_S = 1.0 / 600.0
-"""What was seen is forgotten at this relative rate, s⁻¹: on clean flights, too, 0.1 to 0.3 s are
-seen, and up to 1.3 s on quad106 and vancouver, whose positions and velocities disagree."""
+"""`short_s` and `backlog_s` decay at this relative rate, s⁻¹: on clean flights, too, positions fall
+short by 0.1 to 0.3 s, and by up to 1.3 s on quad106 and vancouver, where they disagree with the
+velocities."""
 MOVING = 2.0
 """m/s; slower, the noise of a step is no time."""
+BLIND_S, BLIND_PERIODS = 0.5, 1.5
+"""A step without a velocity for longer than both says nothing of latency: the trapezoid over a
+brake from 12 to 3 m/s in a hole of 3 s is 1.5 s wrong."""
 PERIODS, PERIOD_S = 50, 600.0
-"""The receiver's period is the mean of its intervals so far, and later that of 600 s, which a
-growth within a minute hardly changes; used once so many were seen."""
-EVEN = 0.3
-"""An interval further from the period, as a part of it, is of a lost fix or a backlog."""
-UNEVEN = 0.15
-"""Where intervals are off the period by this part of it in the mean, they do not say how late the
-fixes are."""
+"""The receiver's period is the mean of its first 50 intervals, then of all, later of 600 s, which a
+growth within a minute hardly changes."""
+CLIP_JITTERS, CLIP_PERIOD = 3.0, 0.01
+"""An interval moves the mean as if it were off by at most so many mean deviations, or this part of
+the period if that is more: a growth early in a flight would else count as a longer period."""
+MAX_INTERVAL_S = 2.0
+"""A longer interval is an outage, and says nothing of the period or the latency."""
+NEAR = 0.3
+"""An interval within this part of the period counts for the period. One further off is a lost fix
+or a backlog."""
+CHANGED = 0.2
+"""If the median of the last PERIODS intervals is off the period by more than this part of it, the
+receiver has another rate, and its period is learnt anew. A growing latency changes it by GROWTH."""
+MAX_JITTER = 0.15
+"""If the intervals differ from the period by more than this part of it in the mean, they are too
+uneven to measure a latency."""
 SLACK_S = 0.1
-"""So much growth may be missed by the intervals: stamps of recorded flights vary by up to that."""
+"""Change of the latency that the intervals may miss: stamps of recorded flights vary by so much."""
 AROUND = np.array([[math.cos(math.pi * k / 16), math.sin(math.pi * k / 16)] for k in range(32)]).T
 UP_AND_DOWN = np.array([[1.0, -1.0]])
 """Unit vectors that a difference is looked at from, beside those across the mean velocity."""
 
 
-class LatencySeen:
-    """By how much later fixes have become since the earliest, from what they fall short.
+class FixIntervals:
+    """Learns the period of a receiver from the intervals between its fixes."""
 
-    At a latency that grows by r s/s both the position and the velocity of a stamp are late, and
-    the position moves by (1 - r) times the velocity. The sum of what it falls short on its way,
-    in seconds of it, is the growth. In a hover there is no such way: there the intervals between
-    fixes say it, which a receiver takes at even times and which a growth makes longer. Where they
-    are even they also bound it: a position that is pulled back does not make them longer. It says
-    nothing of who makes it.
+    def __init__(self) -> None:
+        """Start without intervals."""
+        self._recent: deque[float] = deque(maxlen=PERIODS)
+        self._count = 0
+        """Intervals in the period; 0 while it is not known."""
+        self._jitter_s = 0.0
+        """Mean deviation from the period."""
+        self.period_s = 0.0
+        """Seconds; 0 while it is not known."""
+
+    @property
+    def even(self) -> bool:
+        """Whether they measure a change of latency."""
+        return self._count > 0 and self._jitter_s < MAX_JITTER * self.period_s
+
+    def add(self, dt_s: float) -> float:
+        """Growth of the latency by the next interval, s; 0 where it does not say."""
+        if dt_s > MAX_INTERVAL_S:
+            return 0.0
+        self._recent.append(dt_s)
+        if not self._count:
+            if len(self._recent) == PERIODS:
+                self._learn()
+            return 0.0
+        period_s = self.period_s
+        if abs(statistics.median(self._recent) - period_s) > CHANGED * period_s:
+            self._recent.clear()
+            self._count, self.period_s = 0, 0.0
+            return 0.0
+        if abs(dt_s - period_s) >= NEAR * period_s:
+            return dt_s - max(1, round(dt_s / period_s)) * period_s
+        self._count += 1
+        weight = max(1.0 / self._count, min(1.0, dt_s / PERIOD_S))
+        most_s = max(CLIP_JITTERS * self._jitter_s, CLIP_PERIOD * period_s)
+        off_s = max(-most_s, min(most_s, dt_s - period_s))
+        self._jitter_s += weight * (abs(off_s) - self._jitter_s)
+        self.period_s += weight * off_s
+        return dt_s - period_s
+
+    def _learn(self) -> None:
+        """Take the period from the recent intervals, without lost fixes and backlogs."""
+        middle_s = statistics.median(self._recent)
+        near = [one for one in self._recent if abs(one - middle_s) <= NEAR * middle_s]
+        if near:
+            self._count, self.period_s = len(near), math.fsum(near) / len(near)
+            self._jitter_s = math.fsum(abs(one - self.period_s) for one in near) / len(near)
+
+
+@dataclass(frozen=True, slots=True)
+class LatencyMark:
+    """What is known of the latency at a fix, seconds."""
+
+    short_s: float = 0.0
+    """Seconds of its way that the position has fallen short, within 0 and MOST_S."""
+    backlog_s: float = 0.0
+    """Growth that the intervals show and that has not fallen again, within 0 and MOST_S; 0 where
+    they are uneven."""
+    bound_s: float = 0.0
+    """Sum of what the latency can have grown in each step: by the interval, falls included, where
+    these are even, otherwise by GROWTH."""
+
+    @property
+    def seen_s(self) -> float:
+        """Growth by either measure. A fall is explained up to this, if the intervals show it."""
+        return max(self.short_s, self.backlog_s)
+
+
+class LatencySeen:
+    """Measures how much later fixes have become, by their positions and by their intervals.
+
+    While the latency grows by r s/s, both the position and the velocity of a stamp are late, and
+    the position moves by (1 - r) times the velocity. `short_s` sums up what is missing. In a hover
+    nothing is missing; there it follows the intervals.
+
+    A receiver takes fixes at even times. A latency that grows makes the intervals between stamps
+    longer, one that falls makes them shorter, whatever the position does. So a position that is
+    pulled back is explained only as far as intervals became longer meanwhile, and one that runs
+    ahead only as far as they became shorter. Where they are uneven, running ahead is not explained.
     """
 
     def __init__(self) -> None:
         """Start without growth."""
-        self.late_s = 0.0
-        """Growth of the latency, within 0 and MOST_S, seconds."""
-        self.before_s = 0.0
-        """The same before the newest step."""
-        self.may_s = 0.0
-        """Sum of what the latency may have grown by in each step by the intervals, seconds; falls
-        count as well."""
-        self._uneven_s = 0.0
-        """Mean deviation of the intervals from the period."""
-        self._period_s = 0.0
-        self._fixes = 0
+        self._intervals = FixIntervals()
+        self.now = LatencyMark()
+        """At the newest fix."""
+        self.before = LatencyMark()
+        """At the fix before."""
 
     def add(self, step: Step) -> None:
         """Take the next step."""
-        self.before_s = self.late_s
-        grown_s = self._by_interval(step.dt_s)
-        even = self._fixes > PERIODS and self._uneven_s < UNEVEN * self._period_s
-        self.may_s += grown_s if even else GROWTH * step.dt_s
-        residual, velocity = step.residual, step.velocity
-        if residual is not None and velocity is not None and step.from_velocity:
-            squared = velocity[0] ** 2 + velocity[1] ** 2
-            if squared >= MOVING**2:
-                grown_s = -(residual[0] * velocity[0] + residual[1] * velocity[1]) / squared
-        kept_s = self.late_s * max(0.0, 1.0 - FORGET_PER_S * step.dt_s)
-        self.late_s = max(0.0, min(MOST_S, kept_s + min(grown_s, SEEN * step.dt_s)))
+        self.before = before = self.now
+        known = self._intervals.period_s > 0.0
+        grown_s = self._intervals.add(step.dt_s)
+        even = self._intervals.even
+        if known and not self._intervals.period_s:
+            before = LatencyMark(bound_s=before.bound_s)
+        kept = max(0.0, 1.0 - FORGET_PER_S * step.dt_s)
+        short_s = min(self._short(step, grown_s), MAX_SHORT_RATE * step.dt_s)
+        self.now = LatencyMark(
+            _bounded(kept * before.short_s + short_s),
+            _bounded(kept * before.backlog_s + grown_s) if even else 0.0,
+            before.bound_s + (grown_s if even else GROWTH * step.dt_s),
+        )
 
-    def _by_interval(self, dt_s: float) -> float:
-        """Growth by the interval between two fixes, of which some may have been lost, seconds."""
-        period_s = self._period_s
-        if self._fixes and abs(dt_s - period_s) >= EVEN * period_s and self._fixes >= PERIODS:
-            return dt_s - max(1, round(dt_s / period_s)) * period_s
-        self._fixes += 1
-        weight = max(1.0 / self._fixes, min(1.0, dt_s / PERIOD_S))
-        self._uneven_s += weight * (abs(dt_s - period_s) - self._uneven_s)
-        self._period_s += weight * (dt_s - period_s)
-        return dt_s - period_s if self._fixes > PERIODS else 0.0
+    def change_s(self, start: LatencyMark, seconds: float) -> tuple[float, float]:
+        """Largest growth and largest fall of the latency since a mark, s.
+
+        Args:
+            start: The mark.
+            seconds: Time since then.
+        """
+        if not self._intervals.even:
+            return GROWTH * min(seconds, WINDOW_NS / NANOSECONDS), 0.0
+        grown_s = self.now.bound_s - start.bound_s
+        return (
+            min(GROWTH * seconds, max(0.0, grown_s) + SLACK_S),
+            min(start.seen_s, max(0.0, -grown_s) + SLACK_S),
+        )
+
+    def _short(self, step: Step, grown_s: float) -> float:
+        """Seconds that the position falls short in a step; by the interval where it is unclear."""
+        residual, velocity = step.residual, step.velocity
+        blind = step.blind_s > max(BLIND_S, BLIND_PERIODS * self._intervals.period_s)
+        if residual is None or velocity is None or not step.from_velocity or blind:
+            return grown_s
+        squared = velocity[0] ** 2 + velocity[1] ** 2
+        if squared < MOVING**2:
+            return grown_s
+        return -(residual[0] * velocity[0] + residual[1] * velocity[1]) / squared
+
+
+def _bounded(seconds: float) -> float:
+    return max(0.0, min(MOST_S, seconds))
 
 
 @dataclass(frozen=True, slots=True)
 class Passed:
-    """What latency may have done over a step (m, m/s, s, s; see `unexplained`, `LatencySeen`)."""
+    """A step, for `unexplained`."""
 
     expected: Vector3
+    """Change of position by the velocities, m."""
     velocity: Vector3
-    late_s: float
-    may_s: float
+    """At its end, m/s."""
+    latency: LatencyMark
+    """At its end."""
 
 
-def unexplained(difference: Vector3, passed: Sequence[Passed]) -> tuple[float, float]:
+def unexplained(
+    difference: Vector3, start: LatencyMark, passed: Sequence[Passed]
+) -> tuple[float, float]:
     """Least length of a difference that no admitted change of latency explains, m.
 
     A growth of g seconds during a step takes g times its velocity off the position, a fall puts it
     on. Admitted are growths of up to GROWTH in each step, together of what is left to MOST_S and
-    of what the intervals between the fixes admit, and falls of as much as had been seen of growth.
+    of what the intervals between the fixes admit, and falls of as much as the intervals show.
     What they can reach is a convex set; the distance to it is the largest that the difference goes
     beyond it in any direction.
 
     Args:
         difference: Change of position less the integral of the velocity.
+        start: The latency before the steps.
         passed: The steps in which it came about, not empty.
 
     Returns:
         Horizontally and in height, each by itself.
     """
-    may_s = max(one.may_s for one in passed) - passed[0].may_s + SLACK_S
-    left_s = min(MOST_S - passed[0].late_s, may_s)
-    seen_s = max(one.late_s for one in passed)
+    bound_s = np.array([start.bound_s, *(one.latency.bound_s for one in passed)])
+    grown_s = float((bound_s - np.minimum.accumulate(bound_s)).max())
+    left_s = min(MOST_S - start.short_s, grown_s + SLACK_S)
+    seen_s = max(start.seen_s, *(one.latency.seen_s for one in passed))
+    fallen_s = float((np.maximum.accumulate(bound_s) - bound_s).max())
+    fall_s = min(seen_s, fallen_s + SLACK_S)
     expected = np.array([one.expected for one in passed])
     velocity = np.array([one.velocity for one in passed])
     found = []
@@ -131,29 +241,33 @@ def unexplained(difference: Vector3, passed: Sequence[Passed]) -> tuple[float, f
         along, speed = expected[:, axes] @ directions, velocity[:, axes] @ directions
         growing = GROWTH * np.maximum(-along, 0.0).sum(axis=0)
         back = np.minimum(growing, left_s * np.maximum(-speed, 0.0).max(axis=0))
-        ahead = seen_s * np.maximum(speed, 0.0).max(axis=0)
+        ahead = fall_s * np.maximum(speed, 0.0).max(axis=0)
         beyond = np.array(difference[axes]) @ directions - back - ahead
         found.append(max(0.0, float(beyond.max())))
     return found[0], found[1]
 
 
-def without_latency(residual: Vector3, velocity: Vector3, seconds: float, seen_s: float) -> Vector3:
+def without_latency(
+    residual: Vector3, first: Vector3, last: Vector3, growth_s: float, fall_s: float
+) -> Vector3:
     """What no admitted change of latency explains of what a position moved too far, m.
 
-    Only along the path, and in motion: it falls short by what GROWTH makes in the time, or is ahead
-    by what had been seen of growth.
+    Only along the path, and in motion. What a backlog on a circle hides is the chord of its arc,
+    whose direction is the mean of the two velocities at its ends.
 
     Args:
         residual: Change of position less the expected one.
-        velocity: Velocity, m/s.
-        seconds: In which it came about.
-        seen_s: `late_s` before that.
+        first: Velocity before it, m/s.
+        last: Velocity after it, m/s.
+        growth_s: Largest growth meanwhile, s: the position falls short by it.
+        fall_s: Largest fall meanwhile, s: the position is ahead by it.
     """
+    velocity = (0.5 * (first[0] + last[0]), 0.5 * (first[1] + last[1]))
     squared = velocity[0] ** 2 + velocity[1] ** 2
     if squared < MOVING**2:
         return residual
     along_s = (residual[0] * velocity[0] + residual[1] * velocity[1]) / squared
-    taken_s = max(-GROWTH * seconds, min(seen_s, along_s))
+    taken_s = max(-growth_s, min(fall_s, along_s))
     return (residual[0] - taken_s * velocity[0], residual[1] - taken_s * velocity[1], residual[2])
 
 

@@ -8,11 +8,13 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from hijack_detect.detectors.verdict import State
-from hijack_detect.streams.samples import FixSample, Vector3
+from hijack_detect.streams.samples import NANOSECONDS, FixSample, Vector3
 
 ZERO: Vector3 = (0.0, 0.0, 0.0)
 RANK = (State.NORMAL, State.SUSPICIOUS, State.ALARM)
 """States of findings, those that claim more last."""
+WINDOW_NS = 11 * NANOSECONDS // 10
+"""A jump in several smaller steps over 1 s counts as one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +71,15 @@ class Step:
         squared = dot(expected, expected)
         part = dot(moved, expected) / squared if squared else 0.0
         return plus(self.moved, self.expected, -max(0.0, min(1.0, part)))
+
+    @property
+    def claimed_m(self) -> float:
+        """Larger accuracy that the receiver claims for the two fixes, m; 0 without a claim."""
+        return max(self.fix.accuracy_m or 0.0, self.previous.accuracy_m or 0.0)
+
+    def hidden_m(self, acceleration: float, *, by_velocity: bool) -> float:
+        """Way that an acceleration (m/s²) hides, m: a dt²/4 between two velocities, else a dt²."""
+        return acceleration * self.blind_s**2 * (0.25 if by_velocity else 1.0)
 
     @property
     def still(self) -> bool:

@@ -8,7 +8,12 @@ import math
 from collections import deque
 from dataclasses import dataclass
 
-from hijack_detect.detectors.gnss_checks.latency import LatencySeen, Passed, unexplained
+from hijack_detect.detectors.gnss_checks.latency import (
+    LatencyMark,
+    LatencySeen,
+    Passed,
+    unexplained,
+)
 from hijack_detect.detectors.gnss_checks.step import ZERO, Finding, Step, minus, plus
 from hijack_detect.detectors.learned_level import LearnedLevel
 from hijack_detect.detectors.persistence import Persistence
@@ -30,6 +35,8 @@ MAX_RATE = (5.0, 10.0)
 for the jump check, and must not weigh on 20 s."""
 WORTH_EXPLAINING = 0.4
 """Margin from which on latency is asked for an explanation: below, it would change nothing."""
+LEAST_S = 0.05
+"""A growth of less is not named: it would read as 0.0 s."""
 LATER_NS = 10 * NANOSECONDS
 """A latency that was needed for an explanation is named for so long."""
 
@@ -97,7 +104,7 @@ class VelocityMismatchCheck:
     def begin(self) -> None:
         """Start all horizons anew: at a take-off, since receivers wander on the ground."""
         self._windows: dict[float, deque[_Mark]] = {one: deque() for one in HORIZONS_S}
-        self._mark = _Mark(0, ZERO, ZERO, 0.0, Passed(ZERO, ZERO, 0.0, 0.0))
+        self._mark = _Mark(0, ZERO, ZERO, 0.0, Passed(ZERO, ZERO, LatencyMark()))
         self._persistence.reset()
 
     @property
@@ -128,7 +135,7 @@ class VelocityMismatchCheck:
             plus(before.difference, _clipped(residual, step.dt_s)),
             velocity,
             before.path_m + math.hypot(velocity[0], velocity[1]) * step.dt_s,
-            Passed(expected, velocity, self._latency.late_s, self._latency.may_s),
+            Passed(expected, velocity, self._latency.now),
         )
         found = [self._over(horizon_s) for horizon_s in HORIZONS_S]
         level, text = max((one.level, one.text) for one in found)
@@ -136,8 +143,9 @@ class VelocityMismatchCheck:
         if margin >= 1.0:
             self.later_s = None
         elif max(one.without for one in found) >= self.part:
-            self._later_ns = step.stamp_ns
-            self.later_s = max(self.later_s or 0.0, self._latency.late_s)
+            later_s = max(self.later_s or 0.0, self._latency.now.seen_s)
+            if later_s >= LEAST_S:
+                self._later_ns, self.later_s = step.stamp_ns, later_s
         moving = math.hypot(*velocity) >= MOVING and margin < 1.0
         self._learned.add(step.stamp_ns, level, moving=moving)
         state = self._persistence.state(step.stamp_ns, margin >= 1.0)
@@ -160,7 +168,8 @@ class VelocityMismatchCheck:
         across, up = math.hypot(d[0], d[1]), abs(d[2])
         without = max(across / limit, up / limit_up)
         if without >= WORTH_EXPLAINING * self.part and len(window) > 1:
-            left = unexplained(d, [one.passed for one in itertools.islice(window, 1, None)])
+            steps = [one.passed for one in itertools.islice(window, 1, None)]
+            left = unexplained(d, first.passed.latency, steps)
             across, up = min(across, left[0]), min(up, left[1])
         level, level_up = across / limit, up / limit_up
         seconds = (mark.stamp_ns - first.stamp_ns) / NANOSECONDS
