@@ -58,7 +58,7 @@ fuzz: setup-test ## Give every parser random input (half an hour).
 	@.venv/bin/python -m benchmarks.fuzz build/bench docs/reliability.md
 
 coverage: setup-test ## Measure branch coverage of estimation and detectors; fail below 90 %.
-	@.venv/bin/python -m pytest -q -n logical test/estimation test/detectors test/evaluation/monitor \
+	@.venv/bin/python -m pytest -q -n logical test/estimation test/detectors test/monitor test/replay/test_offline.py \
 		--cov=hijack_detect.estimation --cov=hijack_detect.detectors --cov-branch \
 		--cov-report=term:skip-covered --cov-fail-under=90
 

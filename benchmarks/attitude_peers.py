@@ -30,7 +30,7 @@ from hijack_detect.estimation.attitude import AttitudeEstimator
 from hijack_detect.estimation.attitude_parameters import AttitudeParameters
 from hijack_detect.estimation.ekf import Ekf, ImuBlock, ProcessNoise
 from hijack_detect.estimation.rotation import Array, roll_pitch_yaw
-from hijack_detect.evaluation.ground_truth.truth import read_label
+from hijack_detect.replay.truth import read_label
 from hijack_detect.streams.samples import NANOSECONDS, ImuSample, MagneticSample
 
 INPUTS = ("imu", "fix", "velocity", "mag")

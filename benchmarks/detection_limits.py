@@ -24,8 +24,8 @@ import limits_tables
 from documents import fill
 from limits_runs import PARTS, load, run, works
 
-from hijack_detect.evaluation.monitor.policies import POLICIES, policy_parameters
 from hijack_detect.evaluation.scores.evaluation_tables import TextTable
+from hijack_detect.monitor.policies import POLICIES, policy_parameters
 
 PATH = click.Path(path_type=Path)
 

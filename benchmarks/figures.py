@@ -27,10 +27,10 @@ from hijack_detect.detectors.ins_position import InsPosition, InsPositionParamet
 from hijack_detect.detectors.verdict import JUDGED, State, Verdict
 from hijack_detect.estimation.geodesy import LocalFrame
 from hijack_detect.estimation.rotation import heading
-from hijack_detect.evaluation.monitor.policies import policy_parameters
 from hijack_detect.evaluation.trials.cases import SimulatedCase
 from hijack_detect.evaluation.trials.protocols import feng2018
 from hijack_detect.evaluation.trials.recorded import Recorded, judge, record
+from hijack_detect.monitor.policies import policy_parameters
 from hijack_detect.streams.samples import NANOSECONDS, FixSample
 
 PAPER = policy_parameters("paper")

@@ -24,17 +24,17 @@ import click
 
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.evaluation.ground_truth.outcome import (
+from hijack_detect.evaluation.scores.methods import PAIR
+from hijack_detect.evaluation.scores.metrics import Proportion
+from hijack_detect.evaluation.trials.onsets import forward_flight
+from hijack_detect.monitor.policies import policy_parameters
+from hijack_detect.replay.offline import OfflineRun, run_offline
+from hijack_detect.replay.outcome import (
     Attack,
     alert_is_right,
     changes,
     detector_outcome,
 )
-from hijack_detect.evaluation.monitor.offline import OfflineRun, run_offline
-from hijack_detect.evaluation.monitor.policies import policy_parameters
-from hijack_detect.evaluation.scores.methods import PAIR
-from hijack_detect.evaluation.scores.metrics import Proportion
-from hijack_detect.evaluation.trials.onsets import forward_flight
 from hijack_detect.spoofing.scenario import load_scenario
 from hijack_detect.streams.samples import NANOSECONDS
 

@@ -46,8 +46,6 @@ from hijack_detect.detectors.likelihood import (
     probability,
     together,
 )
-from hijack_detect.evaluation.monitor.graph import MonitorParameters
-from hijack_detect.evaluation.monitor.policies import policy_parameters
 from hijack_detect.evaluation.scores.evaluation_tables import NONE, TextTable
 from hijack_detect.evaluation.scores.forked_record import record_forked
 from hijack_detect.evaluation.scores.limit_records import (
@@ -58,6 +56,8 @@ from hijack_detect.evaluation.scores.limit_records import (
 )
 from hijack_detect.evaluation.trials.cases import HIJACKED
 from hijack_detect.evaluation.trials.families import CLEAN, Placed
+from hijack_detect.monitor.graph import MonitorParameters
+from hijack_detect.monitor.policies import policy_parameters
 
 WINDOW = WINDOWS_S.index(BLOCK_S)
 HORIZON_S = 12.0

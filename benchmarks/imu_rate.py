@@ -27,9 +27,9 @@ from documents import markdown
 
 from hijack_detect.detectors.verdict import JUDGED, State
 from hijack_detect.estimation.flight_phase import FlightPhaseEstimator, FlightPhaseParameters
-from hijack_detect.evaluation.monitor.graph import Monitor, MonitorParameters
-from hijack_detect.evaluation.monitor.offline import runs_of
 from hijack_detect.evaluation.scores.evaluation_tables import TextTable
+from hijack_detect.monitor.graph import Monitor, MonitorParameters
+from hijack_detect.replay.offline import runs_of
 from hijack_detect.spoofing.spoofer import Spoofer
 from hijack_detect.streams.samples import (
     ImuSample,

@@ -20,12 +20,12 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from benchmarks.documents import write
 from benchmarks.policies import graph, relative, run
-from hijack_detect.evaluation.monitor.graph import MonitorParameters
-from hijack_detect.evaluation.monitor.policies import BESIDE, NODE_FIELDS
-from hijack_detect.evaluation.replay.playback_parameters import ReplayParameters
+from hijack_detect.monitor.graph import MonitorParameters
+from hijack_detect.monitor.policies import BESIDE, NODE_FIELDS
 from hijack_detect.nodes import COMPOSED, NODES
 from hijack_detect.nodes.composition_parameters import CompositionParameters
 from hijack_detect.parameters import Parameters
+from hijack_detect.replay.playback_parameters import ReplayParameters
 
 OF_EVERY_NODE = ("/rosout", "/parameter_events")
 HEAD = """\

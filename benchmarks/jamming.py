@@ -40,11 +40,11 @@ from jammed_receiver import Carried, CarryOff, Change, Degraded, lost, untouched
 
 from hijack_detect.detectors.fusion import FusionResult
 from hijack_detect.detectors.verdict import JUDGED, Verdict
-from hijack_detect.evaluation.monitor.graph import Monitor
-from hijack_detect.evaluation.monitor.offline import outputs_of
-from hijack_detect.evaluation.monitor.policies import policy_parameters
 from hijack_detect.evaluation.scores.evaluation_tables import TextTable
 from hijack_detect.evaluation.scores.metrics import Proportion
+from hijack_detect.monitor.graph import Monitor
+from hijack_detect.monitor.policies import policy_parameters
+from hijack_detect.replay.offline import outputs_of
 from hijack_detect.spoofing.spoofer import RECENT
 from hijack_detect.streams.samples import (
     NANOSECONDS,

@@ -23,10 +23,10 @@ from hijack_detect.bags.reader import BagReader
 from hijack_detect.bags.samples import Rejected, read_samples
 from hijack_detect.detectors.kld import KldDetector
 from hijack_detect.detectors.kld_parameters import NAMES, KldParameters
-from hijack_detect.evaluation.monitor.policies import policy_parameters
-from hijack_detect.evaluation.monitor.stage import Stage
 from hijack_detect.evaluation.trials.cases import flight_samples
 from hijack_detect.evaluation.trials.corpus import bag_paths
+from hijack_detect.monitor.policies import policy_parameters
+from hijack_detect.monitor.stage import Stage
 from hijack_detect.simulation.flight import generate_flight
 from hijack_detect.simulation.plan import FlightPlan
 from hijack_detect.streams.samples import Sample

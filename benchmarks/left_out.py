@@ -29,13 +29,13 @@ from hijack_detect.bags.errors import BagError
 from hijack_detect.detectors.likelihood import ADVISORY, SOFT
 from hijack_detect.detectors.verdict import JUDGED, Verdict
 from hijack_detect.evaluation.analysis.account import Account
-from hijack_detect.evaluation.monitor.graph import DETECTORS, MonitorParameters
-from hijack_detect.evaluation.monitor.policies import policy_parameters
 from hijack_detect.evaluation.scores.evaluation_tables import NONE, TextTable, proportion
 from hijack_detect.evaluation.scores.metrics import Proportion
 from hijack_detect.evaluation.scores.model import Model
 from hijack_detect.evaluation.scores.watch import watch
 from hijack_detect.evaluation.trials.cases import HIJACKED
+from hijack_detect.monitor.graph import DETECTORS, MonitorParameters
+from hijack_detect.monitor.policies import policy_parameters
 from hijack_detect.streams.samples import NANOSECONDS
 
 FACTOR = 1.25

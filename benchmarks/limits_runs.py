@@ -16,8 +16,6 @@ from pathlib import Path
 
 from documents import write
 
-from hijack_detect.evaluation.ground_truth.truth import read_label
-from hijack_detect.evaluation.monitor.graph import MonitorParameters
 from hijack_detect.evaluation.scores.forked_record import record_forked
 from hijack_detect.evaluation.scores.limit_records import FlightRecord, record_case
 from hijack_detect.evaluation.trials.cases import HIJACKED, BagCase, Case, SimulatedCase
@@ -27,6 +25,8 @@ from hijack_detect.evaluation.trials.limits import FLIGHTS, limits
 from hijack_detect.evaluation.trials.parallel import Failure, Pool, map_cases
 from hijack_detect.evaluation.tuning.attack_map import FIRST_SEED, attack_cases, attack_sizes
 from hijack_detect.evaluation.tuning.attack_map import FLIGHTS as CELL_FLIGHTS
+from hijack_detect.monitor.graph import MonitorParameters
+from hijack_detect.replay.truth import read_label
 
 PARTS = {"a": "recorded", "b": "sitl", "c": "simulated", "d": "map"}
 """Folders of the records by letter of the part."""

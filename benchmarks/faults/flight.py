@@ -11,7 +11,7 @@ from pathlib import Path
 
 from benchmarks.speed.load import load_bag
 from hijack_detect.bags.reader import BagReader
-from hijack_detect.evaluation.replay.injection import inject
+from hijack_detect.replay.injection import inject
 from hijack_detect.simulation.plan import Place
 from hijack_detect.spoofing.scenario import parse_scenario
 from hijack_detect.streams.samples import NANOSECONDS

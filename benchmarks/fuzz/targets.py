@@ -25,10 +25,9 @@ from hijack_detect.bags.reader import BagReader, RawMessage
 from hijack_detect.bags.samples import CONVERT, read_samples
 from hijack_detect.bags.topics import TYPES
 from hijack_detect.detectors.fusion import Latched
-from hijack_detect.evaluation.ground_truth.truth import LABEL, label_attack, read_label
-from hijack_detect.evaluation.monitor.policies import load_parameters
 from hijack_detect.logs.csv_map import load_map
 from hijack_detect.logs.formats import convert
+from hijack_detect.monitor.policies import load_parameters
 from hijack_detect.nodes.message_types import message_class
 from hijack_detect.nodes.messages import verdict_from
 from hijack_detect.nodes.survival import Survivor
@@ -38,6 +37,7 @@ from hijack_detect.recording.journal_keeper import JournalKeeper
 from hijack_detect.recording.journal_query import Query, open_journal
 from hijack_detect.recording.rows import Row
 from hijack_detect.recording.schema import FILE, TABLES
+from hijack_detect.replay.truth import LABEL, label_attack, read_label
 from hijack_detect.spoofing.scenario import ScenarioError, load_scenario
 from hijack_detect.streams.imu_bytes import FROM_BYTES
 from hijack_detect.streams.messages import BadMessage

@@ -23,7 +23,7 @@ from hijack_detect.bags.samples import Rejected, read_samples
 from hijack_detect.evaluation.analysis.analyse import analyse
 from hijack_detect.evaluation.analysis.report.page import write_page
 from hijack_detect.evaluation.analysis.report.recording import Recorder, recording
-from hijack_detect.evaluation.monitor.policies import policy_parameters
+from hijack_detect.monitor.policies import policy_parameters
 
 
 def iterate(bag: Path) -> int:

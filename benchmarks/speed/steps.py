@@ -29,9 +29,9 @@ from hijack_detect.bags.reader import BagReader
 from hijack_detect.bags.samples import Rejected, read_samples
 from hijack_detect.detectors.correlation import CorrelationDetector
 from hijack_detect.detectors.date import DateDetector
-from hijack_detect.evaluation.monitor.graph import Monitor
-from hijack_detect.evaluation.monitor.policies import policy_parameters
-from hijack_detect.evaluation.monitor.stage import Component
+from hijack_detect.monitor.graph import Monitor
+from hijack_detect.monitor.policies import policy_parameters
+from hijack_detect.monitor.stage import Component
 from hijack_detect.streams.samples import NANOSECONDS
 
 SECONDS, IMU_HZ, GPS_HZ = 150.0, 250, 10

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hijack_detect.bags.reader import BagReader
-from hijack_detect.evaluation.monitor.offline import OfflineRun, run_offline
-from hijack_detect.evaluation.monitor.policies import policy_parameters
+from hijack_detect.monitor.policies import policy_parameters
+from hijack_detect.replay.offline import OfflineRun, run_offline
 from hijack_detect.spoofing.scenario import load_scenario
 from hijack_detect.streams.samples import NANOSECONDS
 

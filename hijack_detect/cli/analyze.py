@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from hijack_detect.bags.reader import BagReader
     from hijack_detect.evaluation.analysis.analyse import Analysed
     from hijack_detect.evaluation.analysis.analysis import Analysis
-    from hijack_detect.evaluation.monitor.graph import Baselines, MonitorParameters
     from hijack_detect.logs.logged import Notes
+    from hijack_detect.monitor.graph import Baselines, MonitorParameters
     from hijack_detect.spoofing.scenario import Scenario
 
 EXIT_ALERT = 10
@@ -127,7 +127,7 @@ def _parameters(
 ) -> tuple[MonitorParameters, Baselines]:
     """Parameters of the monitor, and makers of the further detectors."""
     from hijack_detect.cli.further import heard_too, load_detectors  # noqa: PLC0415  slow to load
-    from hijack_detect.evaluation.monitor.policies import (  # noqa: PLC0415
+    from hijack_detect.monitor.policies import (  # noqa: PLC0415
         load_parameters,
         policy_parameters,
     )

@@ -11,7 +11,7 @@ import pytest
 from kept import kept
 
 from benchmarks.transcripts.transcript import REPLAYS, Replay, digest, transcript
-from hijack_detect.evaluation.monitor.offline import OfflineRun
+from hijack_detect.replay.offline import OfflineRun
 
 ROOT = Path(__file__).parents[2]
 

@@ -10,8 +10,8 @@ import pytest
 from command import hijack_detect
 from ros import ROOT
 
-from hijack_detect.evaluation.monitor.policies import load_parameters, policy_parameters
-from hijack_detect.evaluation.replay.simulated_bag import make_bag
+from hijack_detect.monitor.policies import load_parameters, policy_parameters
+from hijack_detect.replay.simulated_bag import make_bag
 from hijack_detect.simulation.plan import FlightPlan
 from hijack_detect.spoofing.scenario import load_scenario
 

@@ -24,8 +24,8 @@ from hijack_detect.evaluation.analysis.alarms import AlertSpan, AlertSpans, Span
 from hijack_detect.evaluation.analysis.inputs import Inputs
 from hijack_detect.evaluation.analysis.log_clock import LogClock
 from hijack_detect.evaluation.analysis.times import Times
-from hijack_detect.evaluation.monitor.graph import heard
-from hijack_detect.evaluation.monitor.stage import Stage
+from hijack_detect.monitor.graph import heard
+from hijack_detect.monitor.stage import Stage
 from hijack_detect.streams.samples import NANOSECONDS, PhaseSample, Sample
 
 MONITOR = "monitor"

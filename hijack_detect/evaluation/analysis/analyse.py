@@ -31,11 +31,11 @@ from hijack_detect.evaluation.analysis.worth import (
     visible,
     visible_steps,
 )
-from hijack_detect.evaluation.ground_truth.outcome import Attack
-from hijack_detect.evaluation.ground_truth.truth import Source, known_attack, truth_track
-from hijack_detect.evaluation.monitor.graph import Baselines, Monitor, MonitorParameters
-from hijack_detect.evaluation.monitor.offline import FlightNotes, outputs_of, spoofed_samples
 from hijack_detect.logs.logged import Notes
+from hijack_detect.monitor.graph import Baselines, Monitor, MonitorParameters
+from hijack_detect.replay.offline import FlightNotes, outputs_of, spoofed_samples
+from hijack_detect.replay.outcome import Attack
+from hijack_detect.replay.truth import Source, known_attack, truth_track
 from hijack_detect.spoofing.scenario import Scenario
 from hijack_detect.streams.samples import NANOSECONDS, Sample
 

@@ -10,7 +10,7 @@ from typing import Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from hijack_detect.detectors.verdict import State
-from hijack_detect.evaluation.ground_truth.truth import Source
+from hijack_detect.replay.truth import Source
 
 
 class Outcome(enum.Enum):

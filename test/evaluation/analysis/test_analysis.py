@@ -29,8 +29,8 @@ from hijack_detect.evaluation.analysis.analyse import (
     outcome_of,
 )
 from hijack_detect.evaluation.analysis.analysis import Analysis, Outcome, schema_text
-from hijack_detect.evaluation.ground_truth.outcome import Attack
-from hijack_detect.evaluation.monitor.policies import policy_parameters
+from hijack_detect.monitor.policies import policy_parameters
+from hijack_detect.replay.outcome import Attack
 from hijack_detect.spoofing.scenario import load_scenario
 from hijack_detect.streams.samples import FixSample, ImuSample, PressureSample
 

@@ -26,7 +26,7 @@ from hijack_detect.evaluation.analysis.report.series import (
     lonely,
     thinned,
 )
-from hijack_detect.evaluation.monitor.policies import policy_parameters
+from hijack_detect.monitor.policies import policy_parameters
 from hijack_detect.spoofing.scenario import Scenario, load_scenario
 from hijack_detect.streams.samples import FixSample
 

@@ -18,8 +18,8 @@ from hijack_detect.evaluation.analysis.account import Account, TakenBack
 from hijack_detect.evaluation.analysis.analyse import analyse
 from hijack_detect.evaluation.analysis.analysis import Analysis, Outcome
 from hijack_detect.evaluation.analysis.worth import not_judged, sensor_notes, visible
-from hijack_detect.evaluation.monitor.graph import DETECTORS
-from hijack_detect.evaluation.monitor.policies import policy_parameters
+from hijack_detect.monitor.graph import DETECTORS
+from hijack_detect.monitor.policies import policy_parameters
 from hijack_detect.streams.samples import FixSample, ImuSample, Phase, PhaseSample, Sample
 
 SECOND = 10**9

@@ -49,7 +49,7 @@ from hijack_detect.evaluation.analysis.report.style import (
 )
 from hijack_detect.evaluation.analysis.report.template import CSS, PAGE, SCRIPT
 from hijack_detect.evaluation.analysis.sentence import CLEAN, OPEN, SPOOFED, found
-from hijack_detect.evaluation.monitor.graph import DETECTORS
+from hijack_detect.monitor.graph import DETECTORS
 
 MOST_EVENTS = 200
 CONFIG = {

@@ -18,7 +18,7 @@ from hijack_detect.estimation.course import gps_angle
 from hijack_detect.estimation.rotation import heading
 from hijack_detect.evaluation.analysis.report.curve import Array, Curve, Rows
 from hijack_detect.evaluation.analysis.report.trace import Trace
-from hijack_detect.evaluation.ground_truth.truth import truth_track, valid_fixes
+from hijack_detect.replay.truth import truth_track, valid_fixes
 from hijack_detect.streams.samples import (
     AttitudeSample,
     CourseSample,
