@@ -25,10 +25,10 @@ import click
 from documents import fill, write
 from vehicles import Flight, corpus
 
+from hijack_detect.analysis.account import Account
 from hijack_detect.bags.errors import BagError
 from hijack_detect.detectors.likelihood import ADVISORY, SOFT
 from hijack_detect.detectors.verdict import JUDGED, Verdict
-from hijack_detect.evaluation.analysis.account import Account
 from hijack_detect.evaluation.scores.evaluation_tables import NONE, TextTable, proportion
 from hijack_detect.evaluation.scores.metrics import Proportion
 from hijack_detect.evaluation.scores.model import Model

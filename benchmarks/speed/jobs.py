@@ -18,11 +18,11 @@ from tempfile import TemporaryDirectory
 import click
 from rosbags.highlevel import AnyReader
 
+from hijack_detect.analysis.analyse import analyse
+from hijack_detect.analysis.report.page import write_page
+from hijack_detect.analysis.report.recording import Recorder, recording
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.bags.samples import Rejected, read_samples
-from hijack_detect.evaluation.analysis.analyse import analyse
-from hijack_detect.evaluation.analysis.report.page import write_page
-from hijack_detect.evaluation.analysis.report.recording import Recorder, recording
 from hijack_detect.monitor.policies import policy_parameters
 
 

@@ -8,8 +8,8 @@ from collections.abc import Callable, Sequence
 from functools import partial
 
 from hijack_detect import __version__
-from hijack_detect.evaluation.analysis.account import Account
-from hijack_detect.evaluation.analysis.log_clock import LogClock
+from hijack_detect.analysis.account import Account
+from hijack_detect.analysis.log_clock import LogClock
 from hijack_detect.evaluation.scores.forged import ForgedData
 from hijack_detect.evaluation.scores.forging_time import ForgingTime, forging_times
 from hijack_detect.evaluation.scores.methods import BASELINES, FAITHFUL_KLD, judge_case

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
+from hijack_detect.analysis.log_clock import LogClock
 from hijack_detect.bags.reader import BagReader
-from hijack_detect.evaluation.analysis.log_clock import LogClock
 from hijack_detect.logs.formats import as_bag
 from hijack_detect.monitor.graph import Baselines, Monitor, MonitorParameters
 from hijack_detect.replay.offline import OfflineRun, run_offline, run_samples

@@ -10,15 +10,15 @@ import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 
+from hijack_detect.analysis.account import Account, Complaint, Watched
+from hijack_detect.analysis.alarms import UNSAID, Span
+from hijack_detect.analysis.analysis import Visible
+from hijack_detect.analysis.times import Times
 from hijack_detect.detectors.likelihood import CARRY_OFF
 from hijack_detect.detectors.verdict import JUDGED
 from hijack_detect.estimation.clock_rate import clock_words
 from hijack_detect.estimation.gps_lag import LATE
 from hijack_detect.estimation.receiver_health import POOR
-from hijack_detect.evaluation.analysis.account import Account, Complaint, Watched
-from hijack_detect.evaluation.analysis.alarms import UNSAID, Span
-from hijack_detect.evaluation.analysis.analysis import Visible
-from hijack_detect.evaluation.analysis.times import Times
 from hijack_detect.streams.samples import NANOSECONDS
 
 STEPS = (0.3, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 5.0)

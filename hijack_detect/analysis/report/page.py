@@ -10,18 +10,17 @@ from pathlib import Path
 from plotly.offline import get_plotlyjs
 
 from hijack_detect import __version__
-from hijack_detect.detectors.verdict import State
-from hijack_detect.evaluation.analysis.analyse import Analysed
-from hijack_detect.evaluation.analysis.report import tables
-from hijack_detect.evaluation.analysis.report.consistency import (
+from hijack_detect.analysis.analyse import Analysed
+from hijack_detect.analysis.report import tables
+from hijack_detect.analysis.report.consistency import (
     altitude_panel,
     checks_panel,
     coast_panel,
     drag_panel,
     heading_panel,
 )
-from hijack_detect.evaluation.analysis.report.events import events
-from hijack_detect.evaluation.analysis.report.flight import (
+from hijack_detect.analysis.report.events import events
+from hijack_detect.analysis.report.flight import (
     WORDS,
     alert_bands,
     attack_bands,
@@ -30,7 +29,7 @@ from hijack_detect.evaluation.analysis.report.flight import (
     states_panel,
     track_panel,
 )
-from hijack_detect.evaluation.analysis.report.methods import (
+from hijack_detect.analysis.report.methods import (
     acceleration_panel,
     angles_panel,
     difference_panel,
@@ -38,8 +37,8 @@ from hijack_detect.evaluation.analysis.report.methods import (
     rho_panel,
     statistics_panel,
 )
-from hijack_detect.evaluation.analysis.report.recording import Recording
-from hijack_detect.evaluation.analysis.report.style import (
+from hijack_detect.analysis.report.recording import Recording
+from hijack_detect.analysis.report.style import (
     ALARM_BAND,
     ATTACK_BAND,
     Panel,
@@ -47,8 +46,9 @@ from hijack_detect.evaluation.analysis.report.style import (
     add_bands,
     say_if_empty,
 )
-from hijack_detect.evaluation.analysis.report.template import CSS, PAGE, SCRIPT
-from hijack_detect.evaluation.analysis.sentence import CLEAN, OPEN, SPOOFED, found
+from hijack_detect.analysis.report.template import CSS, PAGE, SCRIPT
+from hijack_detect.analysis.sentence import CLEAN, OPEN, SPOOFED, found
+from hijack_detect.detectors.verdict import State
 from hijack_detect.monitor.graph import DETECTORS
 
 MOST_EVENTS = 200

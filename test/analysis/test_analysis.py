@@ -16,19 +16,19 @@ from live import SCENARIO, SECOND
 from ros import ROOT
 from small_bags import START_NS, STEP_NS, flag, flight, raw, write
 
-from hijack_detect.bags.errors import BagError
-from hijack_detect.bags.reader import BagReader
-from hijack_detect.detectors.fusion import FusionResult
-from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.evaluation.analysis.account import MONITOR
-from hijack_detect.evaluation.analysis.alarms import AlertSpan, AlertSpans, Span, StateSpans
-from hijack_detect.evaluation.analysis.analyse import (
+from hijack_detect.analysis.account import MONITOR
+from hijack_detect.analysis.alarms import AlertSpan, AlertSpans, Span, StateSpans
+from hijack_detect.analysis.analyse import (
     Analysed,
     analyse,
     first_hit,
     outcome_of,
 )
-from hijack_detect.evaluation.analysis.analysis import Analysis, Outcome, schema_text
+from hijack_detect.analysis.analysis import Analysis, Outcome, schema_text
+from hijack_detect.bags.errors import BagError
+from hijack_detect.bags.reader import BagReader
+from hijack_detect.detectors.fusion import FusionResult
+from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.monitor.policies import policy_parameters
 from hijack_detect.replay.outcome import Attack
 from hijack_detect.spoofing.scenario import load_scenario
@@ -38,7 +38,7 @@ jsonschema = pytest.importorskip("jsonschema", reason="jsonschema is not install
 
 SCHEMA = ROOT / "docs/analysis.schema.json"
 REMAKE = (
-    'python -c "from hijack_detect.evaluation.analysis.analysis import schema_text; '
+    'python -c "from hijack_detect.analysis.analysis import schema_text; '
     "print(schema_text(), end='')\" > docs/analysis.schema.json"
 )
 ATTACK = Attack(60 * SECOND, 90 * SECOND)

@@ -7,18 +7,18 @@ from collections.abc import Iterator, Sequence
 from html import escape
 from pathlib import Path
 
-from hijack_detect.detectors.verdict import State
-from hijack_detect.evaluation.analysis.analyse import Analysed
-from hijack_detect.evaluation.analysis.analysis import Analysis
-from hijack_detect.evaluation.analysis.report.events import Event
-from hijack_detect.evaluation.analysis.report.style import (
+from hijack_detect.analysis.analyse import Analysed
+from hijack_detect.analysis.analysis import Analysis
+from hijack_detect.analysis.report.events import Event
+from hijack_detect.analysis.report.style import (
     ALARM_BAND,
     ALERT,
     ATTACK,
     ATTACK_BAND,
     STATE_COLOURS,
 )
-from hijack_detect.evaluation.analysis.sentence import percent
+from hijack_detect.analysis.sentence import percent
+from hijack_detect.detectors.verdict import State
 
 SHOWN = frozenset({0.5, 1.0, 2.0})
 """Pulls (m/s²) among the key figures."""

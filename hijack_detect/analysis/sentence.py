@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from hijack_detect.evaluation.analysis.analysis import Analysis, Outcome
+from hijack_detect.analysis.analysis import Analysis, Outcome
 
 SPOOFED, CLEAN, OPEN = "spoofed", "clean", "not judged"
 FOUND = {

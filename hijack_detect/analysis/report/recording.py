@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 import pymap3d
 
+from hijack_detect.analysis.report.curve import Array, Curve, Rows
+from hijack_detect.analysis.report.trace import Trace
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.detectors.verdict import Verdict
 from hijack_detect.estimation.course import gps_angle
 from hijack_detect.estimation.rotation import heading
-from hijack_detect.evaluation.analysis.report.curve import Array, Curve, Rows
-from hijack_detect.evaluation.analysis.report.trace import Trace
 from hijack_detect.replay.truth import truth_track, valid_fixes
 from hijack_detect.streams.samples import (
     AttitudeSample,

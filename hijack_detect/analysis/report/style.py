@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import plotly.graph_objects as go
 
+from hijack_detect.analysis.report.curve import Curve
+from hijack_detect.analysis.report.series import lonely, thinned
 from hijack_detect.detectors.verdict import State
-from hijack_detect.evaluation.analysis.report.curve import Curve
-from hijack_detect.evaluation.analysis.report.series import lonely, thinned
 
 STATE_COLOURS = {
     State.NOT_READY: "#c3c9d1",

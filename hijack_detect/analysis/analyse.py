@@ -8,11 +8,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from hijack_detect.bags.reader import BagReader
-from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.evaluation.analysis.account import Account, Watched
-from hijack_detect.evaluation.analysis.alarms import AlertSpan, Span
-from hijack_detect.evaluation.analysis.analysis import (
+from hijack_detect.analysis.account import Account, Watched
+from hijack_detect.analysis.alarms import AlertSpan, Span
+from hijack_detect.analysis.analysis import (
     Alert,
     Analysis,
     DetectorAnalysis,
@@ -21,16 +19,18 @@ from hijack_detect.evaluation.analysis.analysis import (
     Peak,
     Spoof,
 )
-from hijack_detect.evaluation.analysis.log_clock import LogClock
-from hijack_detect.evaluation.analysis.sentence import sentence
-from hijack_detect.evaluation.analysis.times import Times
-from hijack_detect.evaluation.analysis.worth import (
+from hijack_detect.analysis.log_clock import LogClock
+from hijack_detect.analysis.sentence import sentence
+from hijack_detect.analysis.times import Times
+from hijack_detect.analysis.worth import (
     clock_notes,
     not_judged,
     sensor_notes,
     visible,
     visible_steps,
 )
+from hijack_detect.bags.reader import BagReader
+from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.logs.logged import Notes
 from hijack_detect.monitor.graph import Baselines, Monitor, MonitorParameters
 from hijack_detect.replay.offline import FlightNotes, outputs_of, spoofed_samples

@@ -5,12 +5,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from hijack_detect.detectors.kld_parameters import NAMES
-from hijack_detect.evaluation.analysis.analyse import Analysed
-from hijack_detect.evaluation.analysis.report.curve import Curve
-from hijack_detect.evaluation.analysis.report.recording import Recording
-from hijack_detect.evaluation.analysis.report.series import cut_at, emptiest_direction
-from hijack_detect.evaluation.analysis.report.style import (
+from hijack_detect.analysis.analyse import Analysed
+from hijack_detect.analysis.report.curve import Curve
+from hijack_detect.analysis.report.recording import Recording
+from hijack_detect.analysis.report.series import cut_at, emptiest_direction
+from hijack_detect.analysis.report.style import (
     BLUE,
     GREY,
     INK,
@@ -21,11 +20,12 @@ from hijack_detect.evaluation.analysis.report.style import (
     add_limit,
     over_time,
 )
-from hijack_detect.evaluation.analysis.report.trace import MARGIN
-from hijack_detect.evaluation.analysis.report.verdict_curves import (
+from hijack_detect.analysis.report.trace import MARGIN
+from hijack_detect.analysis.report.verdict_curves import (
     add_limit_in_force,
     against_thresholds,
 )
+from hijack_detect.detectors.kld_parameters import NAMES
 
 
 def margins_panel(done: Analysed, recorded: Recording) -> Panel:

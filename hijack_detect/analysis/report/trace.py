@@ -8,8 +8,8 @@ from array import array
 
 import numpy as np
 
+from hijack_detect.analysis.report.curve import Curve
 from hijack_detect.detectors.verdict import JUDGED, Verdict
-from hijack_detect.evaluation.analysis.report.curve import Curve
 from hijack_detect.streams.samples import NANOSECONDS
 
 MARGIN, SCORE, THRESHOLD = "margin", "score", "threshold"

@@ -6,10 +6,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from hijack_detect.analysis.account import MONITOR
+from hijack_detect.analysis.alarms import Span
+from hijack_detect.analysis.analyse import Analysed
 from hijack_detect.detectors.verdict import State
-from hijack_detect.evaluation.analysis.account import MONITOR
-from hijack_detect.evaluation.analysis.alarms import Span
-from hijack_detect.evaluation.analysis.analyse import Analysed
 
 ODD = frozenset({State.SUSPICIOUS, State.ALARM, State.STALE})
 KNOWN_FROM = {

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hijack_detect.analysis.log_clock import LogClock
 from hijack_detect.detectors.fusion import FusionResult
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.evaluation.analysis.log_clock import LogClock
 from hijack_detect.streams.samples import FixSample, ImuSample
 
 SECOND = 10**9

@@ -10,14 +10,14 @@ from pathlib import Path
 import pytest
 from small_bags import START_NS, STEP_NS, raw, write
 
+from hijack_detect.analysis.account import Account, TakenBack
+from hijack_detect.analysis.analyse import analyse
+from hijack_detect.analysis.analysis import Analysis, Outcome
+from hijack_detect.analysis.worth import not_judged, sensor_notes, visible
 from hijack_detect.bags.reader import BagReader, RawMessage
 from hijack_detect.detectors.fusion import Fusion
 from hijack_detect.detectors.fusion_parameters import FusionParameters
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.evaluation.analysis.account import Account, TakenBack
-from hijack_detect.evaluation.analysis.analyse import analyse
-from hijack_detect.evaluation.analysis.analysis import Analysis, Outcome
-from hijack_detect.evaluation.analysis.worth import not_judged, sensor_notes, visible
 from hijack_detect.monitor.graph import DETECTORS
 from hijack_detect.monitor.policies import policy_parameters
 from hijack_detect.streams.samples import FixSample, ImuSample, Phase, PhaseSample, Sample

@@ -5,10 +5,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from hijack_detect.evaluation.analysis.analyse import Analysed
-from hijack_detect.evaluation.analysis.report.curve import Curve
-from hijack_detect.evaluation.analysis.report.recording import Recording
-from hijack_detect.evaluation.analysis.report.style import (
+from hijack_detect.analysis.analyse import Analysed
+from hijack_detect.analysis.report.curve import Curve
+from hijack_detect.analysis.report.recording import Recording
+from hijack_detect.analysis.report.style import (
     BLUE,
     GREY,
     ORANGE,
@@ -17,8 +17,8 @@ from hijack_detect.evaluation.analysis.report.style import (
     add_curve,
     over_time,
 )
-from hijack_detect.evaluation.analysis.report.trace import SCORE
-from hijack_detect.evaluation.analysis.report.verdict_curves import (
+from hijack_detect.analysis.report.trace import SCORE
+from hijack_detect.analysis.report.verdict_curves import (
     add_limit_in_force,
     against_thresholds,
 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hijack_detect.evaluation.analysis.report.curve import Array, Curve
+from hijack_detect.analysis.report.curve import Array, Curve
 
 MOST_POINTS = 3000
 """Points of a curve: more than a screen has pixels."""

@@ -7,13 +7,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from hijack_detect.detectors.verdict import State
-from hijack_detect.evaluation.analysis.account import MONITOR
-from hijack_detect.evaluation.analysis.alarms import Span
-from hijack_detect.evaluation.analysis.analyse import Analysed
-from hijack_detect.evaluation.analysis.report.curve import Array, Curve
-from hijack_detect.evaluation.analysis.report.recording import Recording, Track
-from hijack_detect.evaluation.analysis.report.style import (
+from hijack_detect.analysis.account import MONITOR
+from hijack_detect.analysis.alarms import Span
+from hijack_detect.analysis.analyse import Analysed
+from hijack_detect.analysis.report.curve import Array, Curve
+from hijack_detect.analysis.report.recording import Recording, Track
+from hijack_detect.analysis.report.style import (
     ALERT,
     ATTACK,
     BLUE,
@@ -27,6 +26,7 @@ from hijack_detect.evaluation.analysis.report.style import (
     blank,
     over_time,
 )
+from hijack_detect.detectors.verdict import State
 
 MOST_PLACES = 4000
 """Points of a track."""

@@ -11,17 +11,17 @@ from typing import Any
 import numpy as np
 import plotly.graph_objects as go
 
-from hijack_detect.evaluation.analysis.analyse import Analysed
-from hijack_detect.evaluation.analysis.report.curve import Curve
-from hijack_detect.evaluation.analysis.report.recording import Recording
-from hijack_detect.evaluation.analysis.report.style import (
+from hijack_detect.analysis.analyse import Analysed
+from hijack_detect.analysis.report.curve import Curve
+from hijack_detect.analysis.report.recording import Recording
+from hijack_detect.analysis.report.style import (
     ALERT,
     DETECTOR_COLOURS,
     add_curve,
     add_limit,
     over_time,
 )
-from hijack_detect.evaluation.analysis.report.trace import THRESHOLD
+from hijack_detect.analysis.report.trace import THRESHOLD
 
 MOST_LINEAR = 4.0
 """Larger margins are drawn on a logarithmic axis, so that 1 stays visible."""

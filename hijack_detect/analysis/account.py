@@ -11,6 +11,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from hijack_detect.analysis.alarms import AlertSpan, AlertSpans, Span, StateSpans
+from hijack_detect.analysis.inputs import Inputs
+from hijack_detect.analysis.log_clock import LogClock
+from hijack_detect.analysis.times import Times
 from hijack_detect.detectors.coast import CoastDetector
 from hijack_detect.detectors.flight_gate import imu_trouble
 from hijack_detect.detectors.fusion import KEEPING, Fusion, FusionResult
@@ -20,10 +24,6 @@ from hijack_detect.detectors.likelihood import CARRY_OFF, SOFT
 from hijack_detect.detectors.verdict import JUDGED, RAISED, Verdict
 from hijack_detect.estimation.gps_lag import LATE_FIGURES, late_words
 from hijack_detect.estimation.receiver_health import POOR_FIGURES, SATELLITES, poor_words
-from hijack_detect.evaluation.analysis.alarms import AlertSpan, AlertSpans, Span, StateSpans
-from hijack_detect.evaluation.analysis.inputs import Inputs
-from hijack_detect.evaluation.analysis.log_clock import LogClock
-from hijack_detect.evaluation.analysis.times import Times
 from hijack_detect.monitor.graph import heard
 from hijack_detect.monitor.stage import Stage
 from hijack_detect.streams.samples import NANOSECONDS, PhaseSample, Sample
