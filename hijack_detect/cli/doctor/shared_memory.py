@@ -16,7 +16,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from hijack_detect.doctor.finding import Finding, Level
+from hijack_detect.cli.doctor.finding import Finding, Level
 
 FOLDER = Path("/dev/shm")
 LOCK = re.compile(r"(fastrtps_(?:port\d{1,5}|[0-9a-z]{16}))_(?:el|sl)")

@@ -9,7 +9,7 @@ import sys
 from collections.abc import Sequence
 from typing import Any
 
-from hijack_detect.doctor.finding import Finding, Level
+from hijack_detect.cli.doctor.finding import Finding, Level
 
 SHOWN = 300
 

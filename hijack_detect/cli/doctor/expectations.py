@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from hijack_detect.bags.topics import NEEDED, OWN_TOPICS, PRESETS, TYPES
-from hijack_detect.doctor.finding import Finding, Level
+from hijack_detect.cli.doctor.finding import Finding, Level
 
 USERS = {
     "velocity": "date, kld, coast, gnss, altitude, heading and drag know less",

@@ -19,9 +19,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hijack_detect.cli.common import share_folder
-from hijack_detect.doctor import machine, packages, ros_settings, shared_memory
-from hijack_detect.doctor.expectations import Heard, inputs, monitors, topics_of
-from hijack_detect.doctor.finding import Finding, Level, findings_of
+from hijack_detect.cli.doctor import machine, packages, ros_settings, shared_memory
+from hijack_detect.cli.doctor.expectations import Heard, inputs, monitors, topics_of
+from hijack_detect.cli.doctor.finding import Finding, Level, findings_of
 
 SEGMENT = "fastrtps_0123456789abcdef"
 PORT = "fastrtps_port7412"
@@ -76,7 +76,7 @@ def test_files_of_a_killed_node_are_leftovers_and_those_of_a_living_one_are_not(
     if not shared_memory.FOLDER.is_dir():
         pytest.skip("there is no shared memory here")
     peer = subprocess.Popen(
-        [sys.executable, "-m", "hijack_detect.cli.doctor_peer", "say", "nothing"],
+        [sys.executable, "-m", "hijack_detect.cli.doctor.peer", "say", "nothing"],
         env={**os.environ, "ROS_DOMAIN_ID": str(domain)},
     )
     try:
@@ -214,7 +214,7 @@ def test_a_missing_extra_and_a_missing_requirement_are_named() -> None:
         "        raise found.PackageNotFoundError(name)\n"
         "    return '0.1' if name == 'rich' else version(name)\n"
         "found.version = gone\n"
-        "from hijack_detect.doctor.packages import dependencies\n"
+        "from hijack_detect.cli.doctor.packages import dependencies\n"
         "for one in dependencies(): print(one.level.name, one.what, one.text, one.mend, sep='|')\n"
     )
     done = subprocess.run(

@@ -14,7 +14,7 @@ from packaging.requirements import Requirement
 from packaging.specifiers import SpecifierSet
 
 from hijack_detect import __version__
-from hijack_detect.doctor.finding import Finding, Level
+from hijack_detect.cli.doctor.finding import Finding, Level
 
 NAME = "hijack_detect"
 FOLDERS = ("config", "launch", "bags")

@@ -8,7 +8,7 @@ import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from hijack_detect.doctor.finding import Finding, Level
+from hijack_detect.cli.doctor.finding import Finding, Level
 
 RANGES = ("SUBNET", "LOCALHOST", "OFF", "SYSTEM_DEFAULT")
 PORT_BASE, PORTS_OF_DOMAIN = 7400, 250

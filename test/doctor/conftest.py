@@ -1,9 +1,0 @@
-# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""Makes the helpers of test/ importable, and their fixtures known."""
-
-import sys
-from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).parents[1]))
-
-from ros import domain, graph  # noqa: F401
