@@ -20,8 +20,9 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from benchmarks.documents import write
 from benchmarks.policies import graph, relative, run
+from hijack_detect.cli.parameter_files import BESIDE
 from hijack_detect.monitor.graph import MonitorParameters
-from hijack_detect.monitor.policies import BESIDE, NODE_FIELDS
+from hijack_detect.monitor.policies import NODE_FIELDS
 from hijack_detect.nodes import COMPOSED, NODES
 from hijack_detect.nodes.composition_parameters import CompositionParameters
 from hijack_detect.parameters import Parameters

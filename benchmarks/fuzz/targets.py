@@ -24,10 +24,10 @@ from hijack_detect.bags.errors import BagError
 from hijack_detect.bags.reader import BagReader, RawMessage
 from hijack_detect.bags.samples import CONVERT, read_samples
 from hijack_detect.bags.topics import TYPES
+from hijack_detect.cli.parameter_files import load_parameters
 from hijack_detect.detectors.fusion import Latched
 from hijack_detect.logs.csv_map import load_map
 from hijack_detect.logs.formats import convert
-from hijack_detect.monitor.policies import load_parameters
 from hijack_detect.nodes.message_types import message_class
 from hijack_detect.nodes.messages import verdict_from
 from hijack_detect.nodes.survival import Survivor

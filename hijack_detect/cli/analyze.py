@@ -127,10 +127,8 @@ def _parameters(
 ) -> tuple[MonitorParameters, Baselines]:
     """Parameters of the monitor, and makers of the further detectors."""
     from hijack_detect.cli.further import heard_too, load_detectors  # noqa: PLC0415  slow to load
-    from hijack_detect.monitor.policies import (  # noqa: PLC0415
-        load_parameters,
-        policy_parameters,
-    )
+    from hijack_detect.cli.parameter_files import load_parameters  # noqa: PLC0415
+    from hijack_detect.monitor.policies import policy_parameters  # noqa: PLC0415
 
     further = load_detectors(detectors)
     parameters = policy_parameters(policy) if params is None else load_parameters(params)

@@ -134,10 +134,8 @@ def _cases(
 
 def _parameters(policy: str | None, params: Path | None) -> tuple[MonitorParameters, str]:
     """Parameters and what to call them."""
-    from hijack_detect.monitor.policies import (  # noqa: PLC0415
-        load_parameters,
-        policy_parameters,
-    )
+    from hijack_detect.cli.parameter_files import load_parameters  # noqa: PLC0415
+    from hijack_detect.monitor.policies import policy_parameters  # noqa: PLC0415
 
     if params is not None:
         return load_parameters(params), str(params)

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from rich.console import Console
 
 from hijack_detect.cli.evaluate_view import drawn
+from hijack_detect.cli.parameter_files import WIDTH, manual
 from hijack_detect.evaluation.scores.evaluation_tables import (
     NONE,
     TextTable,
@@ -25,7 +26,6 @@ from hijack_detect.evaluation.scores.metrics import (
 from hijack_detect.evaluation.tuning.noise import middle_half
 from hijack_detect.evaluation.tuning.thresholds import TUNABLES, Choice, Kept
 from hijack_detect.evaluation.tuning.tuning import Tuning
-from hijack_detect.monitor.manual import WIDTH, manual
 
 METHODS = (*TUNABLES, "fusion")
 

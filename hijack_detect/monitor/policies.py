@@ -1,20 +1,14 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""Parameter sets by name, and parameter files."""
+"""Parameter sets by name."""
 
 from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
-from hijack_detect.mavlink.parameters import BridgeParameters
 from hijack_detect.monitor.graph import MonitorParameters
 from hijack_detect.parameters import ParameterError, Parameters
-from hijack_detect.px4.parameters import Px4BridgeParameters
-from hijack_detect.recording.parameters import RecorderParameters
-from hijack_detect.spoofing.live_parameters import SpooferParameters
-from hijack_detect.yaml_text import plain_data
 
 NODE_FIELDS = {
     "attitude_estimator": "attitude",
@@ -31,14 +25,6 @@ NODE_FIELDS = {
     "fusion": "fusion",
 }
 """Node name to field of `MonitorParameters`."""
-
-BESIDE: Mapping[str, type[Parameters]] = {
-    "recorder": RecorderParameters,
-    "gps_spoofer": SpooferParameters,
-    "mavlink_bridge": BridgeParameters,
-    "px4_bridge": Px4BridgeParameters,
-}
-"""Parameters of the nodes beside the monitor. They say nothing of what the monitor decides."""
 
 POLICIES: Mapping[str, Mapping[str, Mapping[str, Any]]] = {
     "default": {},
@@ -90,19 +76,27 @@ def policy_parameters(name: str) -> MonitorParameters:
     return from_nodes(POLICIES[name])
 
 
-def from_nodes(values: Mapping[str, Mapping[str, Any]]) -> MonitorParameters:
+def from_nodes(
+    values: Mapping[str, Mapping[str, Any]],
+    beside: Mapping[str, type[Parameters]] | None = None,
+) -> MonitorParameters:
     """Parameters from values by node name, defaults for the rest.
 
-    Those of the nodes beside the monitor are only checked.
+    Args:
+        values: Values by parameter name, by node name.
+        beside: Parameter sets of the nodes beside the monitor; what is given for those is only
+            checked.
 
     Raises:
         ParameterError: A node or parameter is unknown, or a value is refused.
     """
+    kinds = {**_kinds(), **(beside or {})}
     made: dict[str, Parameters] = {}
     for node, given in values.items():
-        kind = BESIDE.get(node) or _kind(node)
+        if node not in kinds:
+            raise ParameterError(f"no node '{node}' (there are: {', '.join(kinds)})")
         try:
-            checked = kind.from_mapping(given)
+            checked = kinds[node].from_mapping(given)
         except ParameterError as error:
             raise ParameterError(f"{node}: {error}") from error
         if node in NODE_FIELDS:
@@ -110,33 +104,12 @@ def from_nodes(values: Mapping[str, Mapping[str, Any]]) -> MonitorParameters:
     return MonitorParameters(**made)  # type: ignore[arg-type]
 
 
-def _kind(node: str) -> type[Parameters]:
-    """Parameter set of a node of the monitor."""
-    if node not in NODE_FIELDS:
-        raise ParameterError(f"no node '{node}' (there are: {', '.join((*NODE_FIELDS, *BESIDE))})")
+def _kinds() -> dict[str, type[Parameters]]:
+    """Parameter set of each node of the monitor, by node name."""
     fields = {field.name: field for field in dataclasses.fields(MonitorParameters)}
-    kind = fields[NODE_FIELDS[node]].default_factory
-    assert isinstance(kind, type) and issubclass(kind, Parameters)
-    return kind
-
-
-def load_parameters(path: Path) -> MonitorParameters:
-    """Read a ROS parameter file, as `--params-file` of the nodes takes it.
-
-    Raises:
-        ParameterError: The file cannot be read or sets something that is refused.
-    """
-    try:
-        document = plain_data(path.read_text(encoding="utf-8"))
-        given = {
-            node.strip("/").removeprefix("**/"): dict(body["ros__parameters"])
-            for node, body in (document or {}).items()
-        }
-    except OSError as error:
-        raise ParameterError(f"{path}: {error.strerror or error}") from error
-    except (AttributeError, KeyError, TypeError, ValueError) as error:
-        raise ParameterError(f"{path}: not a ROS parameter file: {error}") from error
-    try:
-        return from_nodes(given)
-    except ParameterError as error:
-        raise ParameterError(f"{path}: {error}") from error
+    kinds: dict[str, type[Parameters]] = {}
+    for node, name in NODE_FIELDS.items():
+        kind = fields[name].default_factory
+        assert isinstance(kind, type) and issubclass(kind, Parameters)
+        kinds[node] = kind
+    return kinds

@@ -6,13 +6,28 @@ from __future__ import annotations
 import dataclasses
 import json
 import textwrap
+from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import yaml
 
+from hijack_detect.mavlink.parameters import BridgeParameters
 from hijack_detect.monitor.graph import MonitorParameters
-from hijack_detect.monitor.policies import BESIDE, NODE_FIELDS, policy_parameters
-from hijack_detect.parameters import Parameters
+from hijack_detect.monitor.policies import NODE_FIELDS, from_nodes, policy_parameters
+from hijack_detect.parameters import ParameterError, Parameters
+from hijack_detect.px4.parameters import Px4BridgeParameters
+from hijack_detect.recording.parameters import RecorderParameters
+from hijack_detect.spoofing.live_parameters import SpooferParameters
+from hijack_detect.yaml_text import plain_data
+
+BESIDE: Mapping[str, type[Parameters]] = {
+    "recorder": RecorderParameters,
+    "gps_spoofer": SpooferParameters,
+    "mavlink_bridge": BridgeParameters,
+    "px4_bridge": Px4BridgeParameters,
+}
+"""Parameters of the nodes beside the monitor. They say nothing of what the monitor decides."""
 
 HEADER = """\
 # Parameters of hijack_detect, policy `{policy}`. Made by `hijack-detect params --policy {policy}`
@@ -28,6 +43,28 @@ BESIDE_HEADER = """\
 """
 
 WIDTH = 98
+
+
+def load_parameters(path: Path) -> MonitorParameters:
+    """Read a ROS parameter file, as `--params-file` of the nodes takes it.
+
+    Raises:
+        ParameterError: The file cannot be read or sets something that is refused.
+    """
+    try:
+        document = plain_data(path.read_text(encoding="utf-8"))
+        given = {
+            node.strip("/").removeprefix("**/"): dict(body["ros__parameters"])
+            for node, body in (document or {}).items()
+        }
+    except OSError as error:
+        raise ParameterError(f"{path}: {error.strerror or error}") from error
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
+        raise ParameterError(f"{path}: not a ROS parameter file: {error}") from error
+    try:
+        return from_nodes(given, BESIDE)
+    except ParameterError as error:
+        raise ParameterError(f"{path}: {error}") from error
 
 
 def parameter_file(policy: str) -> str:
