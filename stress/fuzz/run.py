@@ -10,7 +10,7 @@ from pathlib import Path
 import atheris
 
 with atheris.instrument_imports(include=["hijack_detect", "rosbags", "yaml"]):
-    from benchmarks.fuzz.targets import COUNTS, TARGETS
+    from stress.fuzz.targets import COUNTS, TARGETS
 
 
 def main(name: str, folder: Path, options: list[str]) -> None:

@@ -1,7 +1,7 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Says whether every supported Python gives the same bits: `make pythons`.
 
-    python benchmarks/transcripts/pythons.py build/pythons
+    python stress/transcripts/pythons.py build/pythons
 
 Makes an environment for each, with the pinned libraries but ROS, which an analysis does not
 import, and compares hashes of the replays: of every bit with one version of NumPy, and of the
@@ -56,7 +56,7 @@ def install(python: Path, *what: str) -> None:
 
 def digests(python: Path, *options: str) -> str:
     """Hashes of the replays."""
-    command = [python, "-m", "benchmarks.transcripts", "--digest", *options]
+    command = [python, "-m", "stress.transcripts", "--digest", *options]
     done = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True)
     return done.stdout
 

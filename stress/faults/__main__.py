@@ -1,7 +1,7 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The fault matrix: every fault against real processes over DDS.
 
-    python -m benchmarks.faults build/bench docs/reliability.md
+    python -m stress.faults build/bench docs/reliability.md
 
 Each takes 100 s; `--jobs` of them run at a time, each in a ROS domain of its own. What was found is
 kept in FOLDER/faults, and not measured again.
@@ -22,9 +22,9 @@ from rich.console import Console
 from rich.progress import track
 
 from benchmarks.documents import fill, kept, write
-from benchmarks.faults.cases import ADVERSARIES, CASES
-from benchmarks.faults.flight import BEGIN_S, flight
 from hijack_detect.evaluation.scores.evaluation_tables import TextTable
+from stress.faults.cases import ADVERSARIES, CASES
+from stress.faults.flight import BEGIN_S, flight
 
 PATH = click.Path(path_type=Path)
 FIRST_DOMAIN = 95
@@ -42,7 +42,7 @@ def run(folder: Path, domains: queue.Queue[int], name: str) -> None:
     if _kept(folder, name).is_file():
         return
     domain = domains.get()
-    command = [sys.executable, "-m", "benchmarks.faults.run", name, str(folder), str(domain)]
+    command = [sys.executable, "-m", "stress.faults.run", name, str(folder), str(domain)]
     done = subprocess.run(command, check=False, capture_output=True, text=True)
     domains.put(domain)
     if done.returncode:

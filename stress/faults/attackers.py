@@ -14,11 +14,11 @@ from sensor_msgs.msg import NavSatFix
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
-from benchmarks.faults.flight import END_S, Sent
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.nodes.messages import verdict_message
 from hijack_detect.nodes.qos import ALERT, INTERNAL
 from hijack_detect.streams.samples import NANOSECONDS
+from stress.faults.flight import END_S, Sent
 
 FIX, IMU = "/gps/fix", "/imu/data_raw"
 FOREIGN = 0.002

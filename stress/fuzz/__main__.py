@@ -23,8 +23,8 @@ from rich.console import Console
 from rich.progress import track
 
 from benchmarks.documents import fill, kept, write
-from benchmarks.fuzz.targets import COUNTS, TARGETS
 from hijack_detect.evaluation.scores.evaluation_tables import TextTable
+from stress.fuzz.targets import COUNTS, TARGETS
 
 PATH = click.Path(path_type=Path)
 ONE_INPUT_S, MEMORY_MB = 10, 1024
@@ -41,7 +41,7 @@ def run(folder: Path, seconds: int, name: str) -> dict[str, Any]:
         f"-max_len={TARGETS[name].longest}",
     ]
     options += [f"-rss_limit_mb={MEMORY_MB}", f"-artifact_prefix={here}/", "-print_final_stats=1"]
-    command = [sys.executable, "-m", "benchmarks.fuzz.run", name, str(here), *options]
+    command = [sys.executable, "-m", "stress.fuzz.run", name, str(here), *options]
     done = subprocess.run(command, check=False, capture_output=True, text=True, errors="replace")
     write(here / "log.txt", done.stdout + done.stderr)
     tried, accepted = COUNTS.unpack((here / "counts").read_bytes())

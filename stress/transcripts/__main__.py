@@ -1,8 +1,8 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Writes the transcripts anew, or says whether every bit is the same.
 
-python -m benchmarks.transcripts            writes benchmarks/transcripts/*.txt
-python -m benchmarks.transcripts --digest   prints a hash of every bit of each replay
+python -m stress.transcripts            writes stress/transcripts/*.txt
+python -m stress.transcripts --digest   prints a hash of every bit of each replay
 
 With names of replays only those.
 """
@@ -13,7 +13,7 @@ from hashlib import sha256
 
 import click
 
-from benchmarks.transcripts.transcript import REPLAYS, digest, transcript
+from stress.transcripts.transcript import REPLAYS, digest, transcript
 
 
 @click.command()

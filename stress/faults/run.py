@@ -22,12 +22,12 @@ from rclpy.node import Node
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from std_msgs.msg import Bool
 
-from benchmarks.faults.attackers import Attacker
-from benchmarks.faults.cases import CASES, Case
-from benchmarks.faults.flight import BEGIN_S, END_S, FLIGHT_S, Sent, flight
 from hijack_detect.nodes import COMPOSED, MONITOR
 from hijack_detect.nodes.message_types import message_class
 from hijack_detect.nodes.qos import STATE
+from stress.faults.attackers import Attacker
+from stress.faults.cases import CASES, Case
+from stress.faults.flight import BEGIN_S, END_S, FLIGHT_S, Sent, flight
 
 ROOT = Path(__file__).parents[2]
 READY_S, SETTLE_S = 60.0, 3.0

@@ -1,7 +1,7 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """A day of flights through the monitor over DDS, as fast as it follows: does its memory grow?
 
-    python -m benchmarks.faults.soak build/bench docs/reliability.md
+    python -m stress.faults.soak build/bench docs/reliability.md
 
 The same clean flight of ten minutes again and again, half a minute apart, 100 Hz of Imu and 5 Hz of
 fixes, with every sensor, to the node `all`.
@@ -30,7 +30,6 @@ from rich.progress import track
 from std_msgs.msg import Bool
 
 from benchmarks.documents import fill, write
-from benchmarks.faults.flight import Sent
 from benchmarks.speed.load import load_bag
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.evaluation.scores.evaluation_tables import TextTable
@@ -38,6 +37,7 @@ from hijack_detect.nodes import COMPOSED
 from hijack_detect.nodes.message_types import message_class
 from hijack_detect.nodes.qos import INTERNAL, STATE
 from hijack_detect.streams.samples import NANOSECONDS
+from stress.faults.flight import Sent
 
 ROOT = Path(__file__).parents[2]
 PATH = click.Path(path_type=Path)

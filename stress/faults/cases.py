@@ -10,7 +10,11 @@ from dataclasses import dataclass
 from diagnostic_msgs.msg import DiagnosticArray
 from sensor_msgs.msg import NavSatFix
 
-from benchmarks.faults.attackers import (
+from hijack_detect.detectors.verdict import State
+from hijack_detect.nodes import COMPOSED, MONITOR
+from hijack_detect.nodes.qos import INTERNAL
+from hijack_detect.simulation.plan import Place
+from stress.faults.attackers import (
     AHEAD_NS,
     FIX,
     IMU,
@@ -21,7 +25,7 @@ from benchmarks.faults.attackers import (
     forged_verdict,
     second_receiver,
 )
-from benchmarks.faults.flight import (
+from stress.faults.flight import (
     Fault,
     as_it_is,
     clock,
@@ -32,10 +36,6 @@ from benchmarks.faults.flight import (
     reordered,
     twice,
 )
-from hijack_detect.detectors.verdict import State
-from hijack_detect.nodes import COMPOSED, MONITOR
-from hijack_detect.nodes.qos import INTERNAL
-from hijack_detect.simulation.plan import Place
 
 VELOCITY = "/gps/vel"
 

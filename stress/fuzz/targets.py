@@ -10,16 +10,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from benchmarks.fuzz import small_logs
-from benchmarks.fuzz.flight import Flown, message_seeds, monitor_seeds
-from benchmarks.fuzz.seeds import (
-    SESSION,
-    START_NS,
-    bag_seeds,
-    journal_seeds,
-    metadata_of,
-    small_bag,
-)
 from hijack_detect.bags.errors import BagError
 from hijack_detect.bags.reader import BagReader, RawMessage
 from hijack_detect.bags.samples import CONVERT, read_samples
@@ -41,6 +31,16 @@ from hijack_detect.replay.truth import LABEL, label_attack, read_label
 from hijack_detect.spoofing.scenario import ScenarioError, load_scenario
 from hijack_detect.streams.imu_bytes import FROM_BYTES
 from hijack_detect.streams.messages import BadMessage
+from stress.fuzz import small_logs
+from stress.fuzz.flight import Flown, message_seeds, monitor_seeds
+from stress.fuzz.seeds import (
+    SESSION,
+    START_NS,
+    bag_seeds,
+    journal_seeds,
+    metadata_of,
+    small_bag,
+)
 
 ROOT = Path(__file__).parents[2]
 Attempt = Callable[[bytes], bool]

@@ -12,7 +12,7 @@ import pytest
 
 pytest.importorskip("mcap", reason="mcap is not installed")
 
-from benchmarks.fuzz.targets import TARGETS
+from stress.fuzz.targets import TARGETS
 
 TRIES = {
     "monitor": 12,

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 from kept import kept
 
-from benchmarks.transcripts.transcript import REPLAYS, Replay, digest, transcript
 from hijack_detect.replay.offline import OfflineRun
+from stress.transcripts.transcript import REPLAYS, Replay, digest, transcript
 
 ROOT = Path(__file__).parents[2]
 
@@ -22,13 +22,13 @@ def run(replay: Replay) -> OfflineRun:
 
 @pytest.mark.parametrize("replay", REPLAYS, ids=lambda replay: replay.name)
 def test_the_monitor_says_what_it_said(replay: Replay) -> None:
-    """After a change that is meant: python -m benchmarks.transcripts, and look at the diff."""
+    """After a change that is meant: python -m stress.transcripts, and look at the diff."""
     assert transcript(run(replay)) == replay.path.read_text(encoding="utf-8")
 
 
 def test_another_process_gives_the_same_bits() -> None:
     name = REPLAYS[2].name
-    command = [sys.executable, "-m", "benchmarks.transcripts", "--digest", name]
+    command = [sys.executable, "-m", "stress.transcripts", "--digest", name]
     done = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True)
     own = {replay.name: digest(run(replay)) for replay in REPLAYS}
     assert done.stdout.splitlines() == [f"{own[name]} {name}"]
