@@ -1,7 +1,7 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """A day of fixes through the node recorder over DDS, as fast as it goes: a table.
 
-    python stress/recorder_endurance.py [--hours 24] [--journal-mb 16]
+    python -m stress.recorder_endurance [--hours 24] [--journal-mb 16]
 
 Fixes of 5 Hz. Prints the memory (RSS) of the recorder and the bytes of its journal beside the
 bound while it runs, and at the end how many fixes the recorder wrote.

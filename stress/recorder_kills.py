@@ -1,7 +1,7 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The recorder as a node over DDS, killed with SIGKILL while alerts come in: a table.
 
-    python stress/recorder_kills.py [--kills 50]
+    python -m stress.recorder_kills [--kills 50]
 
 After each kill the journal is checked (it opens, PRAGMA integrity_check, no row half written, no
 fix missing between two that are there), every snapshot that was announced is read to its last

@@ -21,10 +21,10 @@ import click
 from rich.console import Console
 from rich.progress import track
 
-from benchmarks.documents import fill, kept, write
 from hijack_detect.evaluation.scores.evaluation_tables import TextTable
 from stress.faults.cases import ADVERSARIES, CASES
 from stress.faults.flight import BEGIN_S, flight
+from tools.documents import fill, kept, write
 
 PATH = click.Path(path_type=Path)
 FIRST_DOMAIN = 95

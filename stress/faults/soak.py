@@ -29,7 +29,6 @@ from rich.console import Console
 from rich.progress import track
 from std_msgs.msg import Bool
 
-from benchmarks.documents import fill, write
 from benchmarks.speed.load import load_bag
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.evaluation.scores.evaluation_tables import TextTable
@@ -38,6 +37,7 @@ from hijack_detect.nodes.message_types import message_class
 from hijack_detect.nodes.qos import INTERNAL, STATE
 from hijack_detect.streams.samples import NANOSECONDS
 from stress.faults.flight import Sent
+from tools.documents import fill, write
 
 ROOT = Path(__file__).parents[2]
 PATH = click.Path(path_type=Path)

@@ -22,9 +22,9 @@ import click
 from rich.console import Console
 from rich.progress import track
 
-from benchmarks.documents import fill, kept, write
 from hijack_detect.evaluation.scores.evaluation_tables import TextTable
 from stress.fuzz.targets import COUNTS, TARGETS
+from tools.documents import fill, kept, write
 
 PATH = click.Path(path_type=Path)
 ONE_INPUT_S, MEMORY_MB = 10, 1024

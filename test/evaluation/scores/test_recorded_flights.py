@@ -17,7 +17,7 @@ from typing import Any
 import pytest
 from ros import ROOT
 
-from benchmarks.vehicles import FAILS_FROM_S
+from experiments.vehicles import FAILS_FROM_S
 from hijack_detect.evaluation.scores.evaluate import FAULT, run_case
 from hijack_detect.evaluation.scores.metrics import FlightOutcome
 from hijack_detect.evaluation.trials.cases import HIJACKED, BagCase, CorpusLabel
