@@ -48,7 +48,7 @@ format: setup-test ## Bring the sources into the form that lint checks.
 	@.venv/bin/ruff format .
 
 bench: setup-test ## Measure how fast the monitor is, offline and live (a quarter of an hour).
-	@.venv/bin/python benchmarks/speed/bench.py build/bench
+	@.venv/bin/python benchmarks/bench.py build/bench
 
 pythons: setup-test ## Say whether Python 3.10 to 3.13 give the same bits.
 	@.venv/bin/python stress/transcripts/pythons.py build/pythons

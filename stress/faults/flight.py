@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from benchmarks.speed.load import load_bag
+from benchmarks.load import load_bag
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.replay.injection import inject
 from hijack_detect.simulation.plan import Place

@@ -29,7 +29,7 @@ from rich.console import Console
 from rich.progress import track
 from std_msgs.msg import Bool
 
-from benchmarks.speed.load import load_bag
+from benchmarks.load import load_bag
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.evaluation.scores.evaluation_tables import TextTable
 from hijack_detect.nodes import COMPOSED

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-SPEED = Path(__file__).parents[2] / "benchmarks/speed"
+SPEED = Path(__file__).parents[2] / "benchmarks"
 
 
 @pytest.fixture(scope="package", autouse=True)

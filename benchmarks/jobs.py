@@ -1,7 +1,7 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """What is measured, each in a process of its own.
 
-    python benchmarks/speed/jobs.py NAME BAG
+    python benchmarks/jobs.py NAME BAG
 
 Prints processor seconds (without the time to import), largest resident memory and the count.
 """

@@ -1,7 +1,7 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """How fast the monitor is, as ratios to something measured in the same run.
 
-    make bench            (python benchmarks/speed/bench.py build/bench)
+    make bench            (python benchmarks/bench.py build/bench)
 
 Three sections: `offline` against rosbags (5 minutes), `steps` of each part against deserialising
 one message (2 minutes), and the `live` graph against a node that only receives (6 minutes).
@@ -27,7 +27,7 @@ from rich.console import Console
 from section import Section
 
 HERE = Path(__file__).parent
-BASELINE = HERE.parent / "baseline.json"
+BASELINE = HERE / "baseline.json"
 WORSE = 1.2
 Ratios = Mapping[str, Mapping[str, float]]
 """By section and name."""

@@ -1,7 +1,7 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """How time and memory of the offline path grow with a flight, and with the rate of its IMU.
 
-    python benchmarks/speed/growth.py build/bench docs/figures/speed_growth.png
+    python benchmarks/growth.py build/bench docs/figures/speed_growth.png
 
 An hour of 250 Hz is among the flights: it takes about a quarter of an hour in all.
 """
