@@ -48,17 +48,17 @@ format: setup-test ## Bring the sources into the form that lint checks.
 	@.venv/bin/ruff format .
 
 bench: setup-test ## Measure how fast the monitor is, offline and live (a quarter of an hour).
-	@.venv/bin/python benchmarks/speed/bench.py build/bench
+	@.venv/bin/python benchmarks/bench.py build/bench
 
 pythons: setup-test ## Say whether Python 3.10 to 3.13 give the same bits.
-	@.venv/bin/python benchmarks/transcripts/pythons.py build/pythons
+	@.venv/bin/python stress/transcripts/pythons.py build/pythons
 
 fuzz: setup-test ## Give every parser random input (half an hour).
 	@$(PIP) install --quiet 'atheris>=3,<4'
-	@.venv/bin/python -m benchmarks.fuzz build/bench docs/reliability.md
+	@.venv/bin/python -m stress.fuzz build/bench docs/reliability.md
 
 coverage: setup-test ## Measure branch coverage of estimation and detectors; fail below 90 %.
-	@.venv/bin/python -m pytest -q -n logical test/estimation test/detectors test/evaluation/monitor \
+	@.venv/bin/python -m pytest -q -n logical test/estimation test/detectors test/monitor test/replay/test_offline.py \
 		--cov=hijack_detect.estimation --cov=hijack_detect.detectors --cov-branch \
 		--cov-report=term:skip-covered --cov-fail-under=90
 

@@ -22,17 +22,17 @@ from ros import READY, ROOT, Graph, Listener, RosProcess
 from std_msgs.msg import Bool
 
 from hijack_detect.bags.reader import BagReader
-from hijack_detect.evaluation.monitor.graph import DETECTORS, Monitor
-from hijack_detect.evaluation.monitor.offline import (
+from hijack_detect.monitor.graph import DETECTORS, Monitor
+from hijack_detect.monitor.policies import policy_parameters
+from hijack_detect.nodes import MONITOR
+from hijack_detect.nodes.messages import fusion_message, verdict_message
+from hijack_detect.nodes.qos import STATE
+from hijack_detect.replay.offline import (
     OfflineRun,
     run_offline,
     run_samples,
     spoofed_samples,
 )
-from hijack_detect.evaluation.monitor.policies import policy_parameters
-from hijack_detect.nodes import MONITOR
-from hijack_detect.nodes.messages import fusion_message, verdict_message
-from hijack_detect.nodes.qos import STATE
 from hijack_detect.spoofing.scenario import load_scenario
 
 SECOND = 1_000_000_000

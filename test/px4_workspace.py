@@ -1,7 +1,7 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """A real px4_msgs, generated and compiled as colcon would, of the messages that are needed.
 
-It is built once with cmake from benchmarks/px4_msgs/*.msg into build/px4_msgs-HASH of the checkout
+It is built once with cmake from stress/px4_msgs/*.msg into build/px4_msgs-HASH of the checkout
 (about ten seconds) and found there afterwards: the messages of the bridge, and of what rosidl
 makes of them only what rclpy needs over Fast DDS.
 """
@@ -22,7 +22,7 @@ from pathlib import Path
 import pytest
 from ros import ROOT
 
-MESSAGES = ROOT / "benchmarks/px4_msgs"
+MESSAGES = ROOT / "stress/px4_msgs"
 PARTS = (
     "ament_cmake",
     "rosidl_cmake",

@@ -269,7 +269,16 @@ def imported() -> set[str]:
 
 
 def test_every_source_file_says_whose_it_is() -> None:
-    folders = ("hijack_detect", "test", "benchmarks", "examples", "launch")
+    folders = (
+        "hijack_detect",
+        "test",
+        "benchmarks",
+        "experiments",
+        "stress",
+        "tools",
+        "examples",
+        "launch",
+    )
     sources = [path for folder in folders for path in (ROOT / folder).rglob("*.py")]
     assert len(sources) > 400
     bare = [str(one) for one in sources if not one.read_text().startswith("# Copyright ")]

@@ -17,11 +17,11 @@ from hijack_detect.cli.convert import COLUMNS, read_columns, sensor_options
 from hijack_detect.streams.samples import NANOSECONDS
 
 if TYPE_CHECKING:
+    from hijack_detect.analysis.analyse import Analysed
+    from hijack_detect.analysis.analysis import Analysis
     from hijack_detect.bags.reader import BagReader
-    from hijack_detect.evaluation.analysis.analyse import Analysed
-    from hijack_detect.evaluation.analysis.analysis import Analysis
-    from hijack_detect.evaluation.monitor.graph import Baselines, MonitorParameters
     from hijack_detect.logs.logged import Notes
+    from hijack_detect.monitor.graph import Baselines, MonitorParameters
     from hijack_detect.spoofing.scenario import Scenario
 
 EXIT_ALERT = 10
@@ -127,10 +127,8 @@ def _parameters(
 ) -> tuple[MonitorParameters, Baselines]:
     """Parameters of the monitor, and makers of the further detectors."""
     from hijack_detect.cli.further import heard_too, load_detectors  # noqa: PLC0415  slow to load
-    from hijack_detect.evaluation.monitor.policies import (  # noqa: PLC0415
-        load_parameters,
-        policy_parameters,
-    )
+    from hijack_detect.cli.parameter_files import load_parameters  # noqa: PLC0415
+    from hijack_detect.monitor.policies import policy_parameters  # noqa: PLC0415
 
     further = load_detectors(detectors)
     parameters = policy_parameters(policy) if params is None else load_parameters(params)
@@ -146,8 +144,8 @@ def _analysed(
     report: Path | None,
 ) -> Analysed:
     """Run the analysis, and write the report if one is wanted."""
-    from hijack_detect.evaluation.analysis.analyse import analyse  # noqa: PLC0415  slow to load
-    from hijack_detect.evaluation.analysis.report.recording import Recorder, recording  # noqa: PLC0415
+    from hijack_detect.analysis.analyse import analyse  # noqa: PLC0415  slow to load
+    from hijack_detect.analysis.report.recording import Recorder, recording  # noqa: PLC0415
     from hijack_detect.streams.samples import FixSample, Sample  # noqa: PLC0415
 
     recorder = None if report is None else Recorder()
@@ -170,7 +168,7 @@ def _analysed(
             on_output=hear,
         )
     if report is not None and recorder is not None:
-        from hijack_detect.evaluation.analysis.report.page import write_page  # noqa: PLC0415
+        from hijack_detect.analysis.report.page import write_page  # noqa: PLC0415
 
         page = write_page(report, done, recording(reader, recorder, injected=bool(attack)))
         click.echo(f"report: {page}", err=True)

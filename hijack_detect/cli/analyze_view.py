@@ -7,8 +7,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from hijack_detect.evaluation.analysis.analysis import Analysis, DetectorAnalysis
-from hijack_detect.evaluation.analysis.sentence import (
+from hijack_detect.analysis.analysis import Analysis, DetectorAnalysis
+from hijack_detect.analysis.sentence import (
     CLEAN,
     OPEN,
     SPOOFED,

@@ -24,10 +24,10 @@ from hijack_detect.cli.common import (
 from hijack_detect.cli.completing import scenarios
 
 if TYPE_CHECKING:
-    from hijack_detect.evaluation.monitor.graph import MonitorParameters
     from hijack_detect.evaluation.scores.evaluate import Evaluation
     from hijack_detect.evaluation.trials.cases import Case
     from hijack_detect.evaluation.trials.parallel import Pool
+    from hijack_detect.monitor.graph import MonitorParameters
 
 BASAN = "basan2022"
 PROTOCOLS = ("feng2018", "feng2018_noisy", BASAN, "limits", "hard")
@@ -134,10 +134,8 @@ def _cases(
 
 def _parameters(policy: str | None, params: Path | None) -> tuple[MonitorParameters, str]:
     """Parameters and what to call them."""
-    from hijack_detect.evaluation.monitor.policies import (  # noqa: PLC0415
-        load_parameters,
-        policy_parameters,
-    )
+    from hijack_detect.cli.parameter_files import load_parameters  # noqa: PLC0415
+    from hijack_detect.monitor.policies import policy_parameters  # noqa: PLC0415
 
     if params is not None:
         return load_parameters(params), str(params)

@@ -12,7 +12,7 @@ from pathlib import Path
 from types import ModuleType
 
 from hijack_detect.cli.common import BadInput
-from hijack_detect.evaluation.monitor.graph import Baselines, MonitorParameters
+from hijack_detect.monitor.graph import Baselines, MonitorParameters
 from hijack_detect.parameters import Parameters
 
 GIVE = "give FILE.py:CLASS"

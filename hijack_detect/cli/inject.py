@@ -29,7 +29,7 @@ def inject(bag: Path, out: Path, scenario: str, onset: float | None) -> None:
     they were. The flight itself stays as it was flown: this is an open-loop attack.
     """
     from hijack_detect.bags.reader import BagReader  # noqa: PLC0415  slow to load
-    from hijack_detect.evaluation.replay.injection import inject as write  # noqa: PLC0415
+    from hijack_detect.replay.injection import inject as write  # noqa: PLC0415
 
     with refusing_bad_input(), BagReader(bag) as reader:
         attacks = find_scenario(scenario, onset)

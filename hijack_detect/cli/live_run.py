@@ -16,9 +16,9 @@ from rclpy.signals import SignalHandlerOptions
 
 from hijack_detect.cli.processes import interrupt_held
 from hijack_detect.detectors.fusion_parameters import FusionParameters
-from hijack_detect.evaluation.monitor.graph import heard
 from hijack_detect.live.picture import Picture
 from hijack_detect.live.server import Server
+from hijack_detect.monitor.graph import heard
 from hijack_detect.nodes.live_viewer import LiveViewer
 from hijack_detect.nodes.running import SPIN_S, end_soon
 from hijack_detect.nodes.security import NOT_BUILT_IN, is_asked_for, unprotected

@@ -27,7 +27,7 @@ COMMANDS = {
     "completion": ("completion", "Print the script that completes this command in a shell"),
     "convert": ("convert", "Make a bag of a log of PX4, ArduPilot, ROS, or of a CSV"),
     "demo": ("demonstrate", "Replay a flight, spoof its GPS, and show the alert"),
-    "doctor": ("doctor", "Say whether the monitor can run here, and what to mend"),
+    "doctor": ("doctor.command", "Say whether the monitor can run here, and what to mend"),
     "evaluate": ("evaluate", "Run every method on many flights, and count"),
     "inject": ("inject", "Make a spoofed copy of a bag"),
     "journal": ("journal", "Show and export what the recorder has kept"),

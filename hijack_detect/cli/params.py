@@ -16,7 +16,7 @@ def params(policy: str | None, node: str | None) -> None:
 
     It has the nodes of the monitor, as a policy sets them, or one of the nodes beside it.
     """
-    from hijack_detect.evaluation.monitor.manual import (  # noqa: PLC0415  slow to load
+    from hijack_detect.cli.parameter_files import (  # noqa: PLC0415  slow to load
         node_file,
         parameter_file,
     )

@@ -45,7 +45,7 @@ def simulate(
     The autopilot flies by the GPS it is told: an attack really drags the vehicle away. Beside the
     bag lies label.json with what was flown and attacked.
     """
-    from hijack_detect.evaluation.replay.simulated_bag import make_bag  # noqa: PLC0415  slow to load
+    from hijack_detect.replay.simulated_bag import make_bag  # noqa: PLC0415  slow to load
     from hijack_detect.simulation.plan import FlightPlan  # noqa: PLC0415
 
     with refusing_bad_input():

@@ -78,12 +78,12 @@ def sweep(
 def _sweep(
     what: str, out: Path, policy: str, source: Path | str, scale: int, pool: Pool
 ) -> Sequence[Failure]:
-    from hijack_detect.evaluation.monitor.policies import policy_parameters  # noqa: PLC0415
     from hijack_detect.evaluation.trials.corpus import corpus_cases  # noqa: PLC0415  slow to load
     from hijack_detect.evaluation.trials.protocols import PROTOCOLS as MADE  # noqa: PLC0415
     from hijack_detect.evaluation.tuning.sweep_plots import draw_curves  # noqa: PLC0415
     from hijack_detect.evaluation.tuning.sweeps import SWEEPS, csv_text  # noqa: PLC0415
     from hijack_detect.evaluation.tuning.sweeps import sweep as run  # noqa: PLC0415
+    from hijack_detect.monitor.policies import policy_parameters  # noqa: PLC0415
 
     cases = MADE[source](scale) if isinstance(source, str) else corpus_cases(source)
     with progress("flights", len(cases)) as done:
@@ -102,7 +102,6 @@ def _sweep(
 
 
 def _attack(out: Path, policy: str, scale: int, pool: Pool) -> Sequence[Failure]:
-    from hijack_detect.evaluation.monitor.policies import policy_parameters  # noqa: PLC0415
     from hijack_detect.evaluation.tuning.attack_map import (  # noqa: PLC0415  slow to load
         ACCELERATIONS,
         FLIGHTS,
@@ -112,6 +111,7 @@ def _attack(out: Path, policy: str, scale: int, pool: Pool) -> Sequence[Failure]
         csv_text,
     )
     from hijack_detect.evaluation.tuning.sweep_plots import draw_map  # noqa: PLC0415
+    from hijack_detect.monitor.policies import policy_parameters  # noqa: PLC0415
 
     flights = FLIGHTS * scale
     with progress("flights", flights * len(attack_sizes(SPEEDS, ACCELERATIONS))) as done:

@@ -64,9 +64,9 @@ def tune(
     the clean flights. Flights that cannot be read are told on stderr and left out.
     """
     from hijack_detect.cli.tune_view import told, written  # noqa: PLC0415  slow to load
-    from hijack_detect.evaluation.monitor.policies import policy_parameters  # noqa: PLC0415
     from hijack_detect.evaluation.trials.corpus import corpus_cases  # noqa: PLC0415
     from hijack_detect.evaluation.tuning.tuning import tune as run  # noqa: PLC0415
+    from hijack_detect.monitor.policies import policy_parameters  # noqa: PLC0415
 
     if not out.parent.is_dir():
         raise BadInput(f"{out.parent}: is no folder; make it first")

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from rich.console import Console
 
 from hijack_detect.cli.evaluate_view import drawn
-from hijack_detect.evaluation.monitor.manual import WIDTH, manual
+from hijack_detect.cli.parameter_files import WIDTH, manual
 from hijack_detect.evaluation.scores.evaluation_tables import (
     NONE,
     TextTable,

@@ -64,7 +64,7 @@ LOWEST_USUAL, HIGHEST_USUAL = 0.3, 3.0
 VISIBLE_GAIN = 1.2
 """`smallest_visible` is this times the offset whose mean score reaches the limit. Noise takes a
 whole run below the limit more often than above, and an offset older than the bank is taken up by
-tilt and bias. Measured by benchmarks/visible_promise.py on vehicles left out: of drifts 1.2 times
+tilt and bias. Measured by experiments/visible_promise.py on vehicles left out: of drifts 1.2 times
 as large nine tenths are found, of those 0.8 times as large at most half (docs/detection-limits.md).
 """
 

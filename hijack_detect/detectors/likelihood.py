@@ -46,7 +46,7 @@ RATIOS: Mapping[str, LikelihoodRatio] = {
     "drag": LikelihoodRatio(10.39, 0.77, -0.1, 2.7),
 }
 """By detector, fitted on half of the recorded flights. Ratios fitted with each vehicle left out
-(benchmarks/fusion_calibration.py) change no alert and have the same Brier score: these stay."""
+(experiments/fusion_calibration.py) change no alert and have the same Brier score: these stay."""
 
 CARRY_OFF = frozenset({"coast", "date", "drag"})
 """Detectors that could see a carry-off: only they count where a flight is said to be watched."""

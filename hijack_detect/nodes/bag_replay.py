@@ -32,10 +32,6 @@ from rosgraph_msgs.msg import Clock as ClockMessage
 from std_msgs.msg import Bool, Float64
 from std_srvs.srv import Trigger
 
-from hijack_detect.evaluation.replay.playback import Outgoing, Playback
-from hijack_detect.evaluation.replay.playback_parameters import ReplayParameters
-from hijack_detect.evaluation.replay.playback_topics import TRUTH_TOPIC
-from hijack_detect.evaluation.replay.player import Player, State, Tick
 from hijack_detect.nodes.diagnostics import Diagnostics
 from hijack_detect.nodes.message_types import message_class
 from hijack_detect.nodes.messages import time_message
@@ -44,6 +40,10 @@ from hijack_detect.nodes.progress import ProgressBar
 from hijack_detect.nodes.qos import STATE
 from hijack_detect.nodes.running import EXIT_BAD_INPUT, run
 from hijack_detect.parameters import ParameterError
+from hijack_detect.replay.playback import Outgoing, Playback
+from hijack_detect.replay.playback_parameters import ReplayParameters
+from hijack_detect.replay.playback_topics import TRUTH_TOPIC
+from hijack_detect.replay.player import Player, State, Tick
 
 LOSSLESS = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)
 """Publishing waits for slow reliable subscribers instead of overwriting what they did not get."""

@@ -11,7 +11,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from std_msgs.msg import Bool, Float64
 
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.evaluation.monitor.stage import Component
+from hijack_detect.monitor.stage import Component
 from hijack_detect.nodes.messages import verdict_message
 from hijack_detect.nodes.outlet import Outlet
 from hijack_detect.nodes.stage_node import P, StageNode

@@ -24,7 +24,7 @@ from std_srvs.srv import Trigger
 from hijack_detect.detectors.fusion import SILENT_S, Fusion, FusionResult
 from hijack_detect.detectors.fusion_parameters import FusionParameters
 from hijack_detect.detectors.verdict import State
-from hijack_detect.evaluation.monitor.graph import heard
+from hijack_detect.monitor.graph import heard
 from hijack_detect.nodes.messages import fusion_message, verdict_from
 from hijack_detect.nodes.outlet import Outlet
 from hijack_detect.nodes.publishers import PublisherWatch

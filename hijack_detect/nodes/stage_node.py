@@ -17,7 +17,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.utilities import ok
 
-from hijack_detect.evaluation.monitor.stage import Component, Stage
+from hijack_detect.monitor.stage import Component, Stage
 from hijack_detect.nodes.diagnostics import Diagnostics
 from hijack_detect.nodes.parameters import current, declare, naming, own_changes
 from hijack_detect.nodes.wiring import Input, Wiring

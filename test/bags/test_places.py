@@ -13,9 +13,9 @@ from ros import ROOT
 from hijack_detect.bags.errors import BagError
 from hijack_detect.bags.places import place
 from hijack_detect.bags.reader import BagReader
-from hijack_detect.evaluation.monitor.graph import MonitorParameters
 from hijack_detect.evaluation.scores.evaluate import run_case
 from hijack_detect.evaluation.trials.corpus import corpus_cases
+from hijack_detect.monitor.graph import MonitorParameters
 
 pytest.importorskip("upath", reason="the extra corpora is not installed")
 

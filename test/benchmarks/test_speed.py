@@ -13,7 +13,7 @@ import pytest
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.bags.samples import Rejected, read_samples
 
-SPEED = Path(__file__).parents[2] / "benchmarks/speed"
+SPEED = Path(__file__).parents[2] / "benchmarks"
 
 
 @pytest.fixture(scope="module")

@@ -18,7 +18,7 @@ import pytest
 from ros import ROOT
 from small_bags import START_NS, STEP_NS, flight, raw, write
 
-from hijack_detect.evaluation.analysis.analysis import Analysis, Outcome
+from hijack_detect.analysis.analysis import Analysis, Outcome
 from hijack_detect.streams.samples import ImuSample
 
 PROGRAM = Path(sys.executable).with_name("hijack-detect")

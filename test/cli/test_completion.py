@@ -20,8 +20,9 @@ from hijack_detect.bags.topics import OWN_TOPICS
 from hijack_detect.cli import choices
 from hijack_detect.cli.completion import SHELLS
 from hijack_detect.cli.main import COMMANDS, main
-from hijack_detect.evaluation.monitor.graph import DETECTORS
-from hijack_detect.evaluation.monitor.policies import BESIDE, POLICIES
+from hijack_detect.cli.parameter_files import BESIDE
+from hijack_detect.monitor.graph import DETECTORS
+from hijack_detect.monitor.policies import POLICIES
 from hijack_detect.recording.schema import TABLES
 from hijack_detect.simulation.plan import ROUTES
 

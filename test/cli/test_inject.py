@@ -10,7 +10,7 @@ from command import hijack_detect
 from ros import ROOT
 
 from hijack_detect.bags.reader import BagReader
-from hijack_detect.evaluation.ground_truth.truth import known_attack
+from hijack_detect.replay.truth import known_attack
 from hijack_detect.streams.samples import NANOSECONDS
 
 BAG = ROOT / "bags/straight_3"

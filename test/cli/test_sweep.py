@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from command import hijack_detect
 
-from hijack_detect.evaluation.replay.simulated_bag import make_bag
+from hijack_detect.replay.simulated_bag import make_bag
 from hijack_detect.simulation.plan import FlightPlan
 
 

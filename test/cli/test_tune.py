@@ -10,8 +10,9 @@ import pytest
 from command import hijack_detect
 from ros import ROOT
 
-from hijack_detect.evaluation.monitor.policies import load_parameters, policy_parameters
-from hijack_detect.evaluation.replay.simulated_bag import make_bag
+from hijack_detect.cli.parameter_files import load_parameters
+from hijack_detect.monitor.policies import policy_parameters
+from hijack_detect.replay.simulated_bag import make_bag
 from hijack_detect.simulation.plan import FlightPlan
 from hijack_detect.spoofing.scenario import load_scenario
 

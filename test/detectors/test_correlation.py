@@ -14,7 +14,7 @@ from hijack_detect.detectors.correlation import CorrelationDetector
 from hijack_detect.detectors.correlation_parameters import CorrelationParameters
 from hijack_detect.detectors.flight_gate import MIN_IMU_HZ
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.evaluation.monitor.policies import policy_parameters
+from hijack_detect.monitor.policies import policy_parameters
 from hijack_detect.streams.samples import AttitudeSample, CourseSample, Phase, PhaseSample
 
 MS = 1_000_000

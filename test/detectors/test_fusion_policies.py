@@ -20,7 +20,7 @@ from hijack_detect.detectors.likelihood import (
     together,
 )
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.evaluation.monitor.graph import DETECTORS, heard
+from hijack_detect.monitor.graph import DETECTORS, heard
 from hijack_detect.parameters import ParameterError
 
 SECOND = 10**9

@@ -18,7 +18,7 @@ from hijack_detect.detectors.heading_evidence import HeadingHistory, Headings, c
 from hijack_detect.detectors.heading_parameters import HeadingParameters
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.estimation.compass import earth_field
-from hijack_detect.evaluation.monitor.stage import Stage
+from hijack_detect.monitor.stage import Stage
 from hijack_detect.streams.samples import (
     AttitudeSample,
     FixSample,

@@ -21,8 +21,8 @@ from hijack_detect.detectors.kld_parameters import NAMES, KldParameters
 from hijack_detect.detectors.kld_series import DistributionSeries, RowSeries
 from hijack_detect.detectors.kld_values import Changes, Table2Values
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.evaluation.monitor.policies import policy_parameters
-from hijack_detect.evaluation.monitor.stage import Stage
+from hijack_detect.monitor.policies import policy_parameters
+from hijack_detect.monitor.stage import Stage
 from hijack_detect.streams.samples import FixSample, GpsSample, SatelliteSample, VelocitySample
 
 SECOND = 10**9

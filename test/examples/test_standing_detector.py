@@ -19,7 +19,7 @@ from std_msgs.msg import Bool, Float64
 
 from hijack_detect.bags.reader import RawMessage
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.evaluation.monitor.stage import Stage
+from hijack_detect.monitor.stage import Stage
 from hijack_detect.nodes.qos import STATE
 from hijack_detect.streams.samples import FixSample, ImuSample
 

@@ -15,13 +15,13 @@ from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Ros2Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from benchmarks.fuzz.small_logs import FORCE, GYRO, PLACE, UTC_US, VELOCITY_NED
 from hijack_detect.bags.errors import BagError
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.bags.samples import read_samples
 from hijack_detect.cli.main import main
 from hijack_detect.logs.formats import Converted, convert, is_log
 from hijack_detect.logs.logged import ATTITUDE, Wanted
+from stress.fuzz.small_logs import FORCE, GYRO, PLACE, UTC_US, VELOCITY_NED
 
 RATES = "uint64 timestamp\nfloat32[3] gyro_rad\nfloat32[3] accelerometer_m_s2\n"
 INCREMENTS = (

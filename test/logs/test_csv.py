@@ -17,7 +17,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from ros import ROOT
 
-from benchmarks.fuzz import small_logs
 from hijack_detect.bags.errors import BagError
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.bags.samples import read_samples
@@ -27,6 +26,7 @@ from hijack_detect.logs.csv_map import load_map
 from hijack_detect.logs.formats import Converted, convert
 from hijack_detect.logs.logged import ATTITUDE
 from hijack_detect.streams.samples import Sample
+from stress.fuzz import small_logs
 
 Samples = dict[str, list[Any]]
 SMALL = """\

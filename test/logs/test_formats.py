@@ -15,7 +15,6 @@ from typing import Any
 
 import pytest
 
-from benchmarks.fuzz import small_logs
 from hijack_detect.bags.errors import BagError
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.bags.samples import read_samples
@@ -23,6 +22,7 @@ from hijack_detect.cli.analyze import EXIT_NOT_JUDGED
 from hijack_detect.logs.dataflash import METRES_PER_HDOP
 from hijack_detect.logs.formats import Converted, as_bag, convert, is_log
 from hijack_detect.logs.logged import ATTITUDE, Wanted
+from stress.fuzz import small_logs
 
 pytest.importorskip("pymavlink", reason="the extra logs is not installed")
 pytest.importorskip("pyulog", reason="the extra logs is not installed")

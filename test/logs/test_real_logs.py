@@ -15,11 +15,11 @@ from scipy.spatial.transform import Rotation
 
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.bags.samples import read_samples
-from hijack_detect.evaluation.monitor.graph import Monitor
-from hijack_detect.evaluation.monitor.offline import outputs_of
-from hijack_detect.evaluation.monitor.policies import policy_parameters
 from hijack_detect.logs.formats import Converted, convert
 from hijack_detect.logs.logged import ATTITUDE
+from hijack_detect.monitor.graph import Monitor
+from hijack_detect.monitor.policies import policy_parameters
+from hijack_detect.replay.offline import outputs_of
 from hijack_detect.streams.samples import FixSample
 
 pytest.importorskip("pymavlink", reason="the extra logs is not installed")

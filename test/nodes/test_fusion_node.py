@@ -26,7 +26,7 @@ from std_srvs.srv import Trigger
 
 from hijack_detect.detectors.likelihood import ADVISORY, CARRY_OFF
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.evaluation.monitor.graph import DETECTORS
+from hijack_detect.monitor.graph import DETECTORS
 from hijack_detect.nodes.messages import verdict_message
 from hijack_detect.nodes.qos import ALERT, ALERT_LEASE_S, STATE
 

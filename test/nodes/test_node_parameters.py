@@ -18,8 +18,8 @@ from rcl_interfaces.srv import (
 from rclpy.parameter import Parameter
 from ros import ROOT, Graph, RosProcess
 
-from hijack_detect.evaluation.monitor.graph import MonitorParameters
-from hijack_detect.evaluation.monitor.policies import NODE_FIELDS
+from hijack_detect.monitor.graph import MonitorParameters
+from hijack_detect.monitor.policies import NODE_FIELDS
 from hijack_detect.nodes import COMPOSED, NODES
 from hijack_detect.nodes.running import EXIT_BAD_INPUT
 from hijack_detect.parameters import Parameters

@@ -18,16 +18,16 @@ from sensor_msgs.msg import NavSatFix
 from test_security import allowed, held
 
 from hijack_detect.bags.reader import BagReader
-from hijack_detect.evaluation.monitor.graph import DETECTORS, Monitor
-from hijack_detect.evaluation.monitor.offline import (
+from hijack_detect.monitor.graph import DETECTORS, Monitor
+from hijack_detect.monitor.policies import policy_parameters
+from hijack_detect.nodes.messages import verdict_message
+from hijack_detect.replay.offline import (
     FlightNotes,
     OfflineRun,
     outputs_of,
     run_samples,
     spoofed_samples,
 )
-from hijack_detect.evaluation.monitor.policies import policy_parameters
-from hijack_detect.nodes.messages import verdict_message
 from hijack_detect.spoofing.scenario import load_scenario
 from hijack_detect.streams.samples import Sample
 

@@ -11,10 +11,10 @@ from xml.etree import ElementTree as ET
 import pytest
 from ros import ROOT, Graph
 
-from benchmarks import interface
 from hijack_detect.nodes import COMPOSED, MONITOR, NODES
 from hijack_detect.nodes.running import EXIT_BAD_INPUT
 from hijack_detect.nodes.security import unprotected
+from tools import interface
 
 POLICIES = ROOT / "config/sros2"
 BESIDE = ("recorder", "gps_spoofer", "mavlink_bridge")
@@ -135,7 +135,7 @@ def test_policies_and_reference_say_what_the_running_nodes_have_and_no_more(grap
 
 
 def test_the_reference_has_every_parameter_with_its_default() -> None:
-    """What `python -m benchmarks.interface docs/interface.md` makes of the declarations."""
+    """What `python -m tools.interface docs/interface.md` makes of the declarations."""
     written = (ROOT / "docs/interface.md").read_text(encoding="utf-8").splitlines()
     for name in NODES:
         kind = interface.parameters_of(name)

@@ -10,7 +10,6 @@ from typing import Any
 import pytest
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from benchmarks.fuzz.small_logs import PX4
 from hijack_detect.logs.px4 import INPUTS, readings, stamp_us
 from hijack_detect.px4.clock import Px4Clock
 from hijack_detect.px4.feed import Feed, OtherVersion
@@ -18,6 +17,7 @@ from hijack_detect.px4.parameters import Px4BridgeParameters
 from hijack_detect.px4.topics import Px4Topic, px4_topics
 from hijack_detect.streams.messages import BadMessage, check
 from hijack_detect.streams.samples import ImuSample, SatelliteSample
+from stress.fuzz.small_logs import PX4
 
 US = 1_750_000_000_000_000
 

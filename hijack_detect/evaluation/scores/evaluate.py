@@ -8,9 +8,8 @@ from collections.abc import Callable, Sequence
 from functools import partial
 
 from hijack_detect import __version__
-from hijack_detect.evaluation.analysis.account import Account
-from hijack_detect.evaluation.analysis.log_clock import LogClock
-from hijack_detect.evaluation.monitor.graph import DETECTORS, MonitorParameters
+from hijack_detect.analysis.account import Account
+from hijack_detect.analysis.log_clock import LogClock
 from hijack_detect.evaluation.scores.forged import ForgedData
 from hijack_detect.evaluation.scores.forging_time import ForgingTime, forging_times
 from hijack_detect.evaluation.scores.methods import BASELINES, FAITHFUL_KLD, judge_case
@@ -19,6 +18,7 @@ from hijack_detect.evaluation.scores.model import Model
 from hijack_detect.evaluation.scores.watch import FlightWatch, GroupWatch, watch
 from hijack_detect.evaluation.trials.cases import BagCase, Case, class_of
 from hijack_detect.evaluation.trials.parallel import HERE, Failure, Pool, map_cases
+from hijack_detect.monitor.graph import DETECTORS, MonitorParameters
 from hijack_detect.streams.samples import NANOSECONDS, Sample
 
 FAULT = "natural_fault"

@@ -9,8 +9,8 @@ from collections import defaultdict
 
 from hijack_detect.detectors.kld_parameters import NAMES
 from hijack_detect.detectors.kld_values import ALTITUDE_M, ANGLE_DEG, SPEED, Table2Values
-from hijack_detect.evaluation.ground_truth.outcome import Attack
 from hijack_detect.evaluation.scores.model import Model
+from hijack_detect.replay.outcome import Attack
 from hijack_detect.streams.samples import (
     NANOSECONDS,
     FixSample,

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from hijack_detect.evaluation.monitor.graph import MonitorParameters
 from hijack_detect.evaluation.scores.limit_records import (
     AttackRecord,
     CleanLog,
@@ -16,6 +15,7 @@ from hijack_detect.evaluation.trials.cases import BagCase
 from hijack_detect.evaluation.trials.families import Placed, attacks_on
 from hijack_detect.evaluation.trials.forked import HORIZON_S, run_forked
 from hijack_detect.evaluation.trials.onsets import forward_flight
+from hijack_detect.monitor.graph import MonitorParameters
 from hijack_detect.streams.samples import NANOSECONDS
 
 

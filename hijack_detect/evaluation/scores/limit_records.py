@@ -15,10 +15,10 @@ from typing import Any, NamedTuple
 
 from hijack_detect.detectors.fusion import FusionResult
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.evaluation.monitor.graph import MonitorParameters
-from hijack_detect.evaluation.monitor.offline import OfflineRun
 from hijack_detect.evaluation.scores.model import Model
 from hijack_detect.evaluation.trials.cases import Case, class_of
+from hijack_detect.monitor.graph import MonitorParameters
+from hijack_detect.replay.offline import OfflineRun
 from hijack_detect.streams.samples import NANOSECONDS
 
 FUSION = "fusion"

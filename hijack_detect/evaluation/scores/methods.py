@@ -23,12 +23,12 @@ from hijack_detect.detectors.fusion_parameters import FusionParameters
 from hijack_detect.detectors.ins_position import InsPosition, InsPositionParameters
 from hijack_detect.detectors.kld import KldDetector
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.evaluation.ground_truth.outcome import Attack, alert_is_right
-from hijack_detect.evaluation.monitor.graph import DETECTORS, Baselines
-from hijack_detect.evaluation.monitor.offline import OfflineRun
-from hijack_detect.evaluation.monitor.policies import policy_parameters
 from hijack_detect.evaluation.scores.model import Model
 from hijack_detect.evaluation.trials.cases import CaseRun
+from hijack_detect.monitor.graph import DETECTORS, Baselines
+from hijack_detect.monitor.policies import policy_parameters
+from hijack_detect.replay.offline import OfflineRun
+from hijack_detect.replay.outcome import Attack, alert_is_right
 from hijack_detect.streams.samples import NANOSECONDS
 
 BASELINES: Baselines = {InsPosition.NAME: partial(InsPosition, InsPositionParameters())}

@@ -7,11 +7,11 @@ from collections.abc import Callable, Sequence
 
 from scipy.stats import chi2
 
-from hijack_detect.evaluation.analysis.account import Account
-from hijack_detect.evaluation.analysis.alarms import AlertSpan
-from hijack_detect.evaluation.analysis.analysis import Visible
-from hijack_detect.evaluation.analysis.times import Times
-from hijack_detect.evaluation.analysis.worth import lasting, not_judged, visible
+from hijack_detect.analysis.account import Account
+from hijack_detect.analysis.alarms import AlertSpan
+from hijack_detect.analysis.analysis import Visible
+from hijack_detect.analysis.times import Times
+from hijack_detect.analysis.worth import lasting, not_judged, visible
 from hijack_detect.evaluation.scores.model import Model
 
 LEVEL = 0.95

@@ -5,11 +5,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from hijack_detect.evaluation.monitor.graph import DETECTORS
 from hijack_detect.evaluation.scores.evaluate import Evaluation
 from hijack_detect.evaluation.scores.evaluation_tables import NONE, TextTable
 from hijack_detect.evaluation.scores.metrics import FlightOutcome
 from hijack_detect.evaluation.scores.watch import FlightWatch, GroupWatch, RateInterval
+from hijack_detect.monitor.graph import DETECTORS
 
 EXPLAINED = {
     "Alerts/h at risk": "Flights with a false alert, per hour in the air in which an alert was "

@@ -10,13 +10,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
+from hijack_detect.analysis.log_clock import LogClock
 from hijack_detect.bags.reader import BagReader
-from hijack_detect.evaluation.analysis.log_clock import LogClock
-from hijack_detect.evaluation.ground_truth.outcome import Attack
-from hijack_detect.evaluation.ground_truth.truth import attack_times, known_attack, truth_track
-from hijack_detect.evaluation.monitor.graph import Baselines, Monitor, MonitorParameters
-from hijack_detect.evaluation.monitor.offline import OfflineRun, run_offline, run_samples
 from hijack_detect.logs.formats import as_bag
+from hijack_detect.monitor.graph import Baselines, Monitor, MonitorParameters
+from hijack_detect.replay.offline import OfflineRun, run_offline, run_samples
+from hijack_detect.replay.outcome import Attack
+from hijack_detect.replay.truth import attack_times, known_attack, truth_track
 from hijack_detect.simulation.flight import Flight, generate_flight
 from hijack_detect.simulation.plan import FlightPlan
 from hijack_detect.spoofing.plane import separation_m

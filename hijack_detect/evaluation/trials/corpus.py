@@ -11,10 +11,10 @@ from typing import Any
 
 from hijack_detect.bags.errors import BagError
 from hijack_detect.bags.files import METADATA
-from hijack_detect.evaluation.ground_truth.truth import read_label
 from hijack_detect.evaluation.trials.cases import HIJACKED, BagCase, CorpusLabel
 from hijack_detect.evaluation.trials.onsets import attacked
 from hijack_detect.logs.formats import is_log
+from hijack_detect.replay.truth import read_label
 from hijack_detect.spoofing.scenario import Scenario
 
 UNLABELLED = "unlabelled"

@@ -17,8 +17,8 @@ from typing import Any, Generic, Protocol, TypeVar
 
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.bags.samples import Rejected, read_samples
-from hijack_detect.evaluation.monitor.graph import Baselines, Monitor, MonitorParameters
-from hijack_detect.evaluation.monitor.offline import OfflineRun, run_samples
+from hijack_detect.monitor.graph import Baselines, Monitor, MonitorParameters
+from hijack_detect.replay.offline import OfflineRun, run_samples
 from hijack_detect.spoofing.scenario import Scenario
 from hijack_detect.spoofing.spoofer import Spoofer
 from hijack_detect.streams.absence import Absence

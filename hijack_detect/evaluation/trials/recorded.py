@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from hijack_detect.detectors.verdict import Verdict
-from hijack_detect.evaluation.ground_truth.outcome import Attack
-from hijack_detect.evaluation.monitor.graph import MonitorParameters
-from hijack_detect.evaluation.monitor.stage import Component, Stage
 from hijack_detect.evaluation.trials.cases import Case
+from hijack_detect.monitor.graph import MonitorParameters
+from hijack_detect.monitor.stage import Component, Stage
+from hijack_detect.replay.outcome import Attack
 from hijack_detect.streams.samples import (
     NANOSECONDS,
     AttitudeSample,

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hijack_detect.evaluation.monitor.graph import MonitorParameters
 from hijack_detect.evaluation.scores.evaluate import run_cases
 from hijack_detect.evaluation.scores.metrics import FlightOutcome, Proportion, summarise
 from hijack_detect.evaluation.trials.cases import HIJACKED, SimulatedCase
 from hijack_detect.evaluation.trials.parallel import HERE, Failure, Pool
+from hijack_detect.monitor.graph import MonitorParameters
 from hijack_detect.simulation.plan import FlightPlan, forward_end_s, forward_start_s
 from hijack_detect.spoofing.scenario import Scenario, parse_scenario
 

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hijack_detect.evaluation.monitor.graph import MonitorParameters
 from hijack_detect.evaluation.trials.cases import Case
 from hijack_detect.evaluation.trials.recorded import Recorded, record
 from hijack_detect.evaluation.tuning.noise import ImuNoise, Lag, gps_lag, imu_noise
+from hijack_detect.monitor.graph import MonitorParameters
 from hijack_detect.spoofing.scenario import Scenario
 from hijack_detect.streams.samples import NANOSECONDS, FixSample
 

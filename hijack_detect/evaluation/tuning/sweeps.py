@@ -11,14 +11,14 @@ from functools import partial
 from hijack_detect.detectors.correlation import CorrelationDetector
 from hijack_detect.detectors.date import DateDetector
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.evaluation.ground_truth.outcome import Attack, alert_is_right
-from hijack_detect.evaluation.monitor.graph import MonitorParameters
-from hijack_detect.evaluation.monitor.stage import Component
 from hijack_detect.evaluation.scores.metrics import Proportion
 from hijack_detect.evaluation.trials.cases import HIJACKED, Case, class_of
 from hijack_detect.evaluation.trials.parallel import HERE, Failure, Pool, map_cases
 from hijack_detect.evaluation.trials.recorded import Recorded, judge
 from hijack_detect.evaluation.trials.recorded import record as record_flight
+from hijack_detect.monitor.graph import MonitorParameters
+from hijack_detect.monitor.stage import Component
+from hijack_detect.replay.outcome import Attack, alert_is_right
 
 CLEAN = "non-hijacked"
 """All classes but `hijacked` together."""

@@ -20,10 +20,10 @@ from hijack_detect.detectors.correlation import CorrelationDetector
 from hijack_detect.detectors.date import DateDetector
 from hijack_detect.detectors.persistence import Persistence
 from hijack_detect.detectors.verdict import JUDGED, Verdict
-from hijack_detect.evaluation.ground_truth.outcome import detector_outcome
-from hijack_detect.evaluation.monitor.graph import MonitorParameters
 from hijack_detect.evaluation.scores.metrics import Rate
 from hijack_detect.evaluation.trials.recorded import Recorded, judge
+from hijack_detect.monitor.graph import MonitorParameters
+from hijack_detect.replay.outcome import detector_outcome
 
 Counted: TypeAlias = Callable[[Recorded, MonitorParameters, Sequence[float]], "Alarms"]
 

@@ -18,8 +18,6 @@ from typing import TypeVar
 
 import numpy as np
 
-from hijack_detect.evaluation.monitor.graph import MonitorParameters
-from hijack_detect.evaluation.monitor.policies import NODE_FIELDS, POLICIES
 from hijack_detect.evaluation.scores.evaluate import run_case
 from hijack_detect.evaluation.scores.metrics import FlightOutcome
 from hijack_detect.evaluation.trials.cases import HIJACKED, BagCase
@@ -28,6 +26,8 @@ from hijack_detect.evaluation.trials.recorded import record
 from hijack_detect.evaluation.tuning.noise import middle_half
 from hijack_detect.evaluation.tuning.survey import Survey, survey
 from hijack_detect.evaluation.tuning.thresholds import TUNABLES, Choice, FlightAlarms, Kept, choose
+from hijack_detect.monitor.graph import MonitorParameters
+from hijack_detect.monitor.policies import NODE_FIELDS, POLICIES
 from hijack_detect.spoofing.scenario import Scenario
 
 Progress = Callable[[str, int], Callable[[int], None]]

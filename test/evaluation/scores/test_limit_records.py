@@ -9,8 +9,6 @@ import pytest
 from ros import ROOT
 
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.evaluation.monitor.graph import MonitorParameters
-from hijack_detect.evaluation.monitor.offline import OfflineRun
 from hijack_detect.evaluation.scores.forked_record import record_forked
 from hijack_detect.evaluation.scores.limit_records import (
     WINDOWS_S,
@@ -22,6 +20,8 @@ from hijack_detect.evaluation.scores.limit_records import (
 from hijack_detect.evaluation.trials.cases import BagCase
 from hijack_detect.evaluation.trials.families import CLEAN
 from hijack_detect.evaluation.trials.limits import limits
+from hijack_detect.monitor.graph import MonitorParameters
+from hijack_detect.replay.offline import OfflineRun
 
 SECOND = 1_000_000_000
 START_NS = 1_764_000_000 * SECOND

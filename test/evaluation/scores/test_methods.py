@@ -8,10 +8,6 @@ import pytest
 from hijack_detect.detectors.fusion import FusionResult
 from hijack_detect.detectors.fusion_parameters import FusionParameters
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.evaluation.ground_truth.outcome import Attack
-from hijack_detect.evaluation.monitor.graph import DETECTORS
-from hijack_detect.evaluation.monitor.offline import OfflineRun
-from hijack_detect.evaluation.monitor.policies import policy_parameters
 from hijack_detect.evaluation.scores.evaluate import run_case
 from hijack_detect.evaluation.scores.methods import (
     BASELINES,
@@ -23,6 +19,10 @@ from hijack_detect.evaluation.scores.methods import (
     judge_case,
 )
 from hijack_detect.evaluation.trials.cases import CaseRun, SimulatedCase
+from hijack_detect.monitor.graph import DETECTORS
+from hijack_detect.monitor.policies import policy_parameters
+from hijack_detect.replay.offline import OfflineRun
+from hijack_detect.replay.outcome import Attack
 from hijack_detect.simulation.plan import FlightPlan
 from hijack_detect.streams.samples import NANOSECONDS
 

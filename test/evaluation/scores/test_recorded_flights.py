@@ -17,12 +17,12 @@ from typing import Any
 import pytest
 from ros import ROOT
 
-from benchmarks.vehicles import FAILS_FROM_S
-from hijack_detect.evaluation.monitor.policies import policy_parameters
+from experiments.vehicles import FAILS_FROM_S
 from hijack_detect.evaluation.scores.evaluate import FAULT, run_case
 from hijack_detect.evaluation.scores.metrics import FlightOutcome
 from hijack_detect.evaluation.trials.cases import HIJACKED, BagCase, CorpusLabel
 from hijack_detect.evaluation.trials.corpus import corpus_cases
+from hijack_detect.monitor.policies import policy_parameters
 
 FLIGHTS = Path(os.environ.get("HIJACK_FLIGHTS", ROOT.parent / "shared/flights"))
 WHOLE = os.environ.get("HIJACK_CORPUS") == "all"

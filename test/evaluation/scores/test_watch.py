@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 from small_bags import START_NS, raw, write
 
-from hijack_detect.evaluation.monitor.policies import policy_parameters
 from hijack_detect.evaluation.scores.evaluate import run_case
 from hijack_detect.evaluation.scores.watch import FlightWatch, GroupWatch, RateInterval, TimedCause
 from hijack_detect.evaluation.trials.cases import BagCase
+from hijack_detect.monitor.policies import policy_parameters
 from hijack_detect.streams.samples import NANOSECONDS, FixSample, ImuSample, Sample
 
 

@@ -14,12 +14,12 @@ import pytest
 from ros import ROOT
 
 from hijack_detect.bags.reader import BagReader
-from hijack_detect.evaluation.monitor.graph import MonitorParameters
-from hijack_detect.evaluation.monitor.offline import OfflineRun
 from hijack_detect.evaluation.scores.methods import BASELINES
 from hijack_detect.evaluation.trials.cases import BagCase
 from hijack_detect.evaluation.trials.families import FAMILIES, Size, jump, scenario_of
 from hijack_detect.evaluation.trials.forked import run_forked
+from hijack_detect.monitor.graph import MonitorParameters
+from hijack_detect.replay.offline import OfflineRun
 from hijack_detect.spoofing.scenario import Scenario, ScenarioError
 from hijack_detect.streams.samples import NANOSECONDS
 

@@ -11,7 +11,6 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from hijack_detect.evaluation.monitor.policies import policy_parameters
 from hijack_detect.evaluation.scores.evaluate import evaluate
 from hijack_detect.evaluation.trials.fake_tracks import ATTACK_S, TRACKS, fake_track
 from hijack_detect.evaluation.trials.limits import (
@@ -23,6 +22,7 @@ from hijack_detect.evaluation.trials.limits import (
     limits,
 )
 from hijack_detect.evaluation.trials.protocols import NOISE_M, PROTOCOLS, feng2018
+from hijack_detect.monitor.policies import policy_parameters
 from hijack_detect.simulation.plan import forward_end_s, forward_start_s
 from hijack_detect.spoofing.scenario import Scenario
 from hijack_detect.spoofing.schema import FakeTrack

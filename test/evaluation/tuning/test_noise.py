@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from ros import ROOT
 
-from hijack_detect.evaluation.monitor.policies import policy_parameters
 from hijack_detect.evaluation.trials.cases import BagCase, SimulatedCase
 from hijack_detect.evaluation.trials.recorded import Recorded, record
 from hijack_detect.evaluation.tuning.noise import gps_lag, imu_noise, middle_half
+from hijack_detect.monitor.policies import policy_parameters
 from hijack_detect.simulation.flight import generate_flight
 from hijack_detect.simulation.plan import FlightPlan
 from hijack_detect.streams.samples import AttitudeSample, VelocitySample

@@ -8,8 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from hijack_detect.evaluation.ground_truth.outcome import alert_is_right
-from hijack_detect.evaluation.monitor.policies import policy_parameters
 from hijack_detect.evaluation.scores.metrics import Proportion
 from hijack_detect.evaluation.trials.cases import HIJACKED, BagCase, SimulatedCase
 from hijack_detect.evaluation.trials.protocols import hijacked_case
@@ -30,6 +28,8 @@ from hijack_detect.evaluation.tuning.sweeps import (
     csv_text,
     sweep,
 )
+from hijack_detect.monitor.policies import policy_parameters
+from hijack_detect.replay.outcome import alert_is_right
 from hijack_detect.simulation.plan import FlightPlan
 
 PAPER = policy_parameters("paper")

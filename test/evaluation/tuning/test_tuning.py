@@ -11,8 +11,6 @@ import pytest
 from ros import ROOT
 
 from hijack_detect.detectors.date import DateDetector
-from hijack_detect.evaluation.monitor.policies import policy_parameters
-from hijack_detect.evaluation.replay.simulated_bag import make_bag
 from hijack_detect.evaluation.trials.cases import BagCase, SimulatedCase
 from hijack_detect.evaluation.trials.recorded import Recorded, judge, record
 from hijack_detect.evaluation.tuning.survey import (
@@ -36,6 +34,8 @@ from hijack_detect.evaluation.tuning.thresholds import (
     safety_factor,
 )
 from hijack_detect.evaluation.tuning.tuning import tune, with_choices, with_lag
+from hijack_detect.monitor.policies import policy_parameters
+from hijack_detect.replay.simulated_bag import make_bag
 from hijack_detect.simulation.plan import FlightPlan
 from hijack_detect.spoofing.scenario import load_scenario
 

@@ -1,0 +1,113 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
+"""The figures of correlation, DATE and KLD, and the margins of all detectors."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hijack_detect.analysis.analyse import Analysed
+from hijack_detect.analysis.report.curve import Curve
+from hijack_detect.analysis.report.recording import Recording
+from hijack_detect.analysis.report.series import cut_at, emptiest_direction
+from hijack_detect.analysis.report.style import (
+    BLUE,
+    GREY,
+    INK,
+    ORANGE,
+    TEAL,
+    Panel,
+    add_curve,
+    add_limit,
+    over_time,
+)
+from hijack_detect.analysis.report.trace import MARGIN
+from hijack_detect.analysis.report.verdict_curves import (
+    add_limit_in_force,
+    against_thresholds,
+)
+from hijack_detect.detectors.kld_parameters import NAMES
+
+
+def margins_panel(done: Analysed, recorded: Recording) -> Panel:
+    """Score over threshold of every detector."""
+    curves = {name: recorded.said(name, MARGIN) for name in done.analysis.detectors}
+    figure, logarithmic = against_thresholds(done, curves, 270)
+    title = "Margins: score over threshold" + logarithmic
+    note = "Above 1 a detector calls the GPS spoofed. Gaps are times in which it cannot tell."
+    return Panel("margins", title, note, figure)
+
+
+def statistics_panel(done: Analysed, recorded: Recording) -> Panel:
+    """Divergence of each parameter of the GPS, over its threshold."""
+    kld = done.parameters.kld
+    curves = {}
+    for name in NAMES:
+        forward, backward = (
+            recorded.said("kld", f"{name}.{way}") for way in ("forward", "backward")
+        )
+        total = (forward.value + backward.value) / kld.threshold(name)
+        curves[name] = Curve(forward.time_s, total)
+    figure, logarithmic = against_thresholds(done, curves, 240)
+    title = "GPS statistics: Kullback–Leibler divergence over threshold" + logarithmic
+    needed = "One parameter above 1 is" if kld.quorum == 1 else f"{kld.quorum} above 1 at once are"
+    note = f"Has a parameter of the GPS changed its statistics? {needed} an alarm, which is kept."
+    return Panel("statistics", title, note, figure)
+
+
+def angles_panel(done: Analysed, recorded: Recording) -> Panel:
+    """Yaw and course."""
+    figure = over_time(done.analysis.duration_s)
+    cut = emptiest_direction(np.concatenate([recorded.yaw.value, recorded.course.value]))
+    add_curve(figure, cut_at(recorded.yaw, cut), "yaw (nose)", BLUE, "°")
+    add_curve(figure, cut_at(recorded.course, cut), "course over ground (GPS)", ORANGE, "°")
+    ticks = [angle for angle in range(-360, 361, 90) if cut - 360.0 <= angle <= cut]
+    figure.update_yaxes(
+        range=[cut - 360.0, cut],
+        tickvals=ticks,
+        ticktext=[f"{'NESW'[angle // 90 % 4]} {angle % 360}°" for angle in ticks],
+    )
+    note = "Degrees clockwise from North. The course is not known when the vehicle is slow."
+    return Panel("angles", "Yaw against course (°)", note, figure)
+
+
+def rho_panel(done: Analysed, recorded: Recording) -> Panel:
+    """Correlation of yaw and course."""
+    figure = over_time(done.analysis.duration_s, 220)
+    curve = recorded.said("correlation", "coefficient")
+    add_curve(figure, curve, "ρ", BLUE, "")
+    add_limit(figure, done.parameters.correlation.epsilon, "ε: turn together above", below=True)
+    figure.update_yaxes(range=[-1.08, 1.08], tickvals=[-1, -0.5, 0, 0.5, 1])
+    figure.update_layout(showlegend=False)
+    note = "Do yaw and course turn together? On a straight line there is no turn, and no ρ."
+    return Panel("rho", "Correlation ρ of yaw and course", note, figure)
+
+
+def difference_panel(done: Analysed, recorded: Recording) -> Panel:
+    """Difference of the mean directions, with and without the crab angle."""
+    figure = over_time(done.analysis.duration_s)
+    mean, crab = (recorded.said("correlation", key) for key in ("mean_difference", "crab_angle"))
+    raw = Curve(mean.time_s, np.degrees(mean.value))
+    judged = Curve(mean.time_s, (np.degrees(mean.value - crab.value) + 180.0) % 360.0 - 180.0)
+    add_curve(figure, raw, "course − yaw", GREY, "°", width=1.2)
+    if done.parameters.correlation.follow_s > 0.0:
+        add_curve(figure, judged, "without the usual crab angle (judged)", BLUE, "°")
+    mu = done.parameters.correlation.mu_deg
+    add_limit(figure, mu, f"μ {mu:g}°")
+    add_limit(figure, -mu, f"−μ {mu:g}°", below=True)
+    most = max(1.5 * mu, float(np.nanmax(np.abs([raw.value, judged.value]), initial=0.0)) * 1.08)
+    figure.update_yaxes(range=[-most, most], ticksuffix="°")
+    note = "Do yaw and course point together? Suspicious when outside ±μ while ρ is below ε."
+    return Panel("difference", "Δavg: mean course minus mean yaw (°)", note, figure)
+
+
+def acceleration_panel(done: Analysed, recorded: Recording) -> Panel:
+    """Difference of acceleration, GPS minus accelerometer."""
+    figure = over_time(done.analysis.duration_s)
+    ax, ay = (recorded.said("date", key) for key in ("delta_ax", "delta_ay"))
+    add_curve(figure, ax, "Δax (forward)", ORANGE, " m/s²", width=1.1)
+    add_curve(figure, ay, "Δay (left)", TEAL, " m/s²", width=1.1)
+    size = Curve(ax.time_s, np.hypot(ax.value, ay.value))
+    add_curve(figure, size, "Δa (horizontal)", INK, " m/s²", width=1.9)
+    add_limit_in_force(figure, recorded, "date", " m/s²")
+    note = "Does the acceleration of the GPS agree with what the accelerometer feels?"
+    return Panel("acceleration", "Δa: GPS minus accelerometer (m/s²)", note, figure)

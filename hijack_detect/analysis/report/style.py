@@ -1,0 +1,163 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
+"""Colours and the look that all figures share."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import plotly.graph_objects as go
+
+from hijack_detect.analysis.report.curve import Curve
+from hijack_detect.analysis.report.series import lonely, thinned
+from hijack_detect.detectors.verdict import State
+
+STATE_COLOURS = {
+    State.NOT_READY: "#c3c9d1",
+    State.NOT_OBSERVABLE: "#8fa9c4",
+    State.NORMAL: "#2f9e6e",
+    State.SUSPICIOUS: "#f0a30a",
+    State.ALARM: "#d7263d",
+    State.STALE: "#8e5ea2",
+}
+ATTACK, ALERT = "#7c3aed", "#d7263d"
+ATTACK_BAND, ALARM_BAND = "rgba(124,58,237,0.09)", "rgba(215,38,61,0.16)"
+BLUE, ORANGE, TEAL, GREY, INK = "#2563eb", "#e0700a", "#0d9488", "#9aa4b2", "#1f2933"
+GRID, LINE = "#e6eaef", "#c3c9d1"
+PURPLE, GREEN, PINK, GOLD, BROWN = "#9333ea", "#65a30d", "#be185d", "#ca8a04", "#7c4a2d"
+DETECTOR_COLOURS = (BLUE, ORANGE, TEAL, PURPLE, GREEN, PINK, GOLD, BROWN)
+FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', sans-serif"
+LEFT_PX = 82
+"""Left margin of every figure over time, so that their axes lie under each other."""
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One figure with its heading.
+
+    `note` says in a sentence or two what is to be seen. `timed` figures share their time axis.
+    """
+
+    name: str
+    title: str
+    note: str
+    figure: Any
+    timed: bool = True
+
+
+def blank(height: int) -> Any:
+    """An empty figure with the common look; `height` in pixels."""
+    figure = go.Figure()
+    figure.update_layout(
+        template="none",
+        height=height,
+        margin={"l": LEFT_PX, "r": 14, "t": 30, "b": 26},
+        font={"family": FONT, "size": 12, "color": INK},
+        paper_bgcolor="rgba(0,0,0,0)",
+        plot_bgcolor="rgba(0,0,0,0)",
+        modebar={"bgcolor": "rgba(0,0,0,0)", "color": LINE, "activecolor": INK},
+        hoverlabel={"bgcolor": "white", "font": {"family": FONT, "size": 12}},
+        legend={"orientation": "h", "x": 0, "xanchor": "left", "y": 1.02, "yanchor": "bottom"},
+    )
+    axis = {"gridcolor": GRID, "linecolor": LINE, "zeroline": False, "showline": True}
+    figure.update_xaxes(**axis, ticks="outside", tickcolor=LINE, title_standoff=6)
+    figure.update_yaxes(**axis)
+    return figure
+
+
+def over_time(duration_s: float, height: int = 250) -> Any:
+    """An empty figure over the time of the flight."""
+    figure = blank(height)
+    figure.update_layout(hovermode="x unified")
+    figure.update_xaxes(range=[0.0, duration_s], hoverformat=".1f", ticksuffix=" s")
+    return figure
+
+
+def add_curve(figure: Any, curve: Curve, name: str, colour: str, unit: str, **line: Any) -> None:
+    """Draw a curve, thinned to what a screen can show."""
+    few = thinned(curve)
+    figure.add_scatter(
+        x=few.time_s,
+        y=few.value,
+        name=name,
+        mode="lines",
+        line={"color": colour, "width": 1.6, **line},
+        hovertemplate=f"%{{y:.4~g}}{unit}",
+    )
+    alone = lonely(few)
+    if len(alone.time_s):
+        figure.add_scatter(
+            x=alone.time_s,
+            y=alone.value,
+            mode="markers",
+            marker={"color": colour, "size": 3},
+            hoverinfo="skip",
+            showlegend=False,
+        )
+
+
+def add_limit(figure: Any, value: float, text: str, *, below: bool = False) -> None:
+    """Draw a threshold with its name at the left end, above or below it.
+
+    The type of the y axis must be set before.
+    """
+    figure.add_hline(y=value, line={"color": ALERT, "width": 1.2, "dash": "dash"})
+    logarithmic = figure.layout.yaxis.type == "log"
+    figure.add_annotation(
+        text=text,
+        font={"color": ALERT, "size": 11},
+        bgcolor="rgba(255,255,255,0.75)",
+        xref="paper",
+        x=0.005,
+        xanchor="left",
+        y=math.log10(value) if logarithmic else value,
+        yanchor="top" if below else "bottom",
+        showarrow=False,
+    )
+
+
+def add_bands(figure: Any, bands: Sequence[tuple[float, float]], colour: str) -> None:
+    """Shade times (s) behind the curves, over the whole height."""
+    figure.update_layout(
+        shapes=[
+            *figure.layout.shapes,
+            *(
+                {
+                    "type": "rect",
+                    "xref": "x",
+                    "yref": "paper",
+                    "x0": start,
+                    "x1": end,
+                    "y0": 0,
+                    "y1": 1,
+                    "fillcolor": colour,
+                    "line": {"width": 0},
+                    "layer": "below",
+                }
+                for start, end in bands
+            ),
+        ]
+    )
+
+
+def add_alert(figure: Any, start: float) -> None:
+    """Mark the start of an alert (s)."""
+    figure.add_vline(x=start, line={"color": ALERT, "width": 1.6})
+
+
+def say_if_empty(figure: Any) -> None:
+    """Write into a figure without any value that there is none."""
+    if all(np.isnan(np.asarray(trace.y, dtype=float)).all() for trace in figure.data):
+        figure.add_annotation(
+            text="no values: in this flight it could not be told",
+            font={"color": GREY, "size": 13},
+            bgcolor="white",
+            xref="paper",
+            yref="paper",
+            x=0.5,
+            y=0.5,
+            showarrow=False,
+        )

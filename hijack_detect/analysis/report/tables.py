@@ -1,0 +1,118 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
+"""The parts of the page that are no figures: key facts, key of the shades, and tables, as HTML."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from html import escape
+from pathlib import Path
+
+from hijack_detect.analysis.analyse import Analysed
+from hijack_detect.analysis.analysis import Analysis
+from hijack_detect.analysis.report.events import Event
+from hijack_detect.analysis.report.style import (
+    ALARM_BAND,
+    ALERT,
+    ATTACK,
+    ATTACK_BAND,
+    STATE_COLOURS,
+)
+from hijack_detect.analysis.sentence import percent
+from hijack_detect.detectors.verdict import State
+
+SHOWN = frozenset({0.5, 1.0, 2.0})
+"""Pulls (m/s²) among the key figures."""
+KIND_COLOURS = {
+    **{state.value: colour for state, colour in STATE_COLOURS.items()},
+    "attack": ATTACK,
+    "alert": ALERT,
+}
+"""Colour of each kind of event."""
+
+
+def facts(analysis: Analysis) -> Iterator[str]:
+    """The key figures."""
+    for term, value in _facts(analysis):
+        yield f"<div><dt>{escape(term)}</dt><dd>{escape(value)}</dd></div>"
+
+
+def causes(analysis: Analysis) -> Iterator[str]:
+    """Why there was an alert, a paragraph each."""
+    for alert in analysis.alerts:
+        yield f'<p class="cause">Cause: {escape(alert.cause)}</p>'
+
+
+def notes(analysis: Analysis) -> Iterator[str]:
+    """What is odd about the sensors, as items of a list."""
+    for note in analysis.notes:
+        yield f"<li>{escape(note)}</li>"
+
+
+def _facts(analysis: Analysis) -> Iterator[tuple[str, str]]:
+    spoof = analysis.spoof
+    if spoof is not None:
+        lasts = spoof.end_s is None or spoof.end_s > analysis.duration_s - 0.1
+        end = "the end" if lasts else f"{spoof.end_s:.1f} s"
+        yield "attack", f"{spoof.onset_s:.1f} s to {end}"
+    if analysis.scenario is not None:
+        yield "scenario", Path(analysis.scenario).stem
+    yield "first alert", f"{analysis.alerts[0].start_s:.1f} s" if analysis.alerts else "none"
+    if analysis.time_to_detect_s is not None:
+        yield "time to detect", f"{analysis.time_to_detect_s:.1f} s"
+    if analysis.deviation_at_alarm_m is not None:
+        yield "deviation at the alert", f"{analysis.deviation_at_alarm_m:.1f} m"
+    peaks = {name: said.largest_margin for name, said in analysis.detectors.items()}
+    margins = [(peak.margin, name) for name, peak in peaks.items() if peak is not None]
+    if margins:
+        yield "largest margin", "{:.2f} ({})".format(*max(margins))
+    if len(analysis.alarms) > 1:
+        yield "alarms, each taken back", str(len(analysis.alarms))
+    yield "in the air", f"{analysis.in_air_s:.0f} of {analysis.duration_s:.0f} s"
+    if analysis.in_air_s > 0.0:
+        told = percent(analysis.judged_s, analysis.in_air_s)
+        yield "could see a carry-off", f"{told:.0f} % of the air time"
+        for one in analysis.visible_steps:
+            if one.acceleration in SHOWN:
+                part = percent(one.time_s, analysis.in_air_s)
+                yield f"a pull of {one.acceleration:g} m/s² seen", f"{part:.0f} % of the air time"
+    yield "policy", analysis.policy
+
+
+def key(done: Analysed) -> Iterator[str]:
+    """What the shades in the figures mean."""
+    if done.attack is not None:
+        shade = f"background: {ATTACK_BAND}; outline: 1px solid {ATTACK}"
+        yield f'<span><i style="{shade}"></i>attack</span>'
+    yield f'<span><i style="background: {ALARM_BAND}"></i>alarm of a detector</span>'
+    yield f'<span><i style="border-left: 3px solid {ALERT}; width: 4px"></i>alert</span>'
+
+
+def event_rows(rows: Sequence[Event]) -> Iterator[str]:
+    """Rows of the table of events."""
+    for event in rows:
+        dot = f'<span class="dot" style="--dot: {KIND_COLOURS[event.kind]}"></span>'
+        yield (
+            f'<tr class="{event.kind}"><td class="n">{event.time_s:.1f}</td>'
+            f"<td>{dot}{escape(event.what)}</td><td>{escape(event.why)}</td></tr>"
+        )
+    if not rows:
+        yield "<tr><td></td><td>none</td><td></td></tr>"
+
+
+def detector_rows(analysis: Analysis) -> Iterator[str]:
+    """Share of the air time in which it could tell, of each state, and the largest margin."""
+    for name, said in analysis.detectors.items():
+        whole, peak = sum(said.state_s.values()) or 1.0, said.largest_margin
+        aloft = analysis.in_air_s
+        numbers = [f"{percent(said.told_s, aloft):.0f} %" if aloft > 0.0 else "–"]
+        numbers += [f"{100.0 * said.state_s[state] / whole:.0f} %" for state in State]
+        numbers.append("–" if peak is None else f"{peak.margin:.2f}")
+        cells = "".join(f'<td class="n">{number}</td>' for number in numbers)
+        reason = "" if peak is None else f"{peak.at_s:.1f} s: {peak.reason}"
+        yield f"<tr><td>{escape(name)}</td>{cells}<td>{escape(reason)}</td></tr>"
+
+
+def skipped_rows(analysis: Analysis) -> Iterator[str]:
+    """Number and reason of the messages that were left out."""
+    for reason, number in analysis.skipped.items():
+        yield f'<tr><td class="n">{number}</td><td>{escape(reason)}</td></tr>'

@@ -1,2 +1,0 @@
-# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""The monitor as one object, its parameters, and its run over a bag without ROS."""

@@ -1,0 +1,179 @@
+# Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
+"""What is known of a bag's attack from elsewhere: a scenario, ground truth topics, or a label."""
+
+from __future__ import annotations
+
+import bisect
+import json
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Literal, NamedTuple, TypeAlias
+
+from hijack_detect.bags.errors import BagError
+from hijack_detect.bags.reader import BagReader
+from hijack_detect.bags.topics import TYPES
+from hijack_detect.replay.outcome import Attack
+from hijack_detect.spoofing.history import fix_between
+from hijack_detect.spoofing.plane import separation_m
+from hijack_detect.spoofing.scenario import Scenario
+from hijack_detect.streams.messages import BadMessage, fix_sample
+from hijack_detect.streams.samples import NANOSECONDS, FixSample
+
+TRUTH_FIX = "/truth/fix"
+"""Where the vehicle was, `sensor_msgs/NavSatFix`, stamped when it was there."""
+MEASURED_FIX = "/truth/measured_fix"
+"""What the receiver would have reported without the attack, stamped as the reported fix."""
+SPOOF_ACTIVE = "/spoof_active"
+"""Whether the fixes are spoofed, `std_msgs/Bool`, logged with each fix."""
+LABEL = "label.json"
+GPS_LAG_S = 0.15
+"""A fix tells where the vehicle was this long before its stamp, about."""
+
+
+Source: TypeAlias = Literal["scenario", "ground_truth", "label"]
+
+
+class Known(NamedTuple):
+    """What is known of an attack: its times, None for none, and what tells it.
+
+    Without a `source` nothing is known, not even that there was none.
+    """
+
+    attack: Attack | None
+    source: Source | None
+
+
+class TruthTrack:
+    """True positions in order of stamp, to be compared with reported ones."""
+
+    def __init__(self, fixes: Sequence[FixSample], lag_s: float) -> None:
+        """Keep the true positions.
+
+        Args:
+            fixes: In order of stamp, at least one.
+            lag_s: How much earlier than its stamp a reported fix was measured, on their clock.
+        """
+        self.fixes = fixes
+        self._stamps = [fix.stamp_ns for fix in fixes]
+        self._lag_ns = round(lag_s * NANOSECONDS)
+
+    def at(self, stamp_ns: int) -> FixSample:
+        """The true position at a time, linear between the two around it."""
+        after = bisect.bisect_right(self._stamps, stamp_ns)
+        if after in (0, len(self.fixes)):
+            return self.fixes[max(after - 1, 0)]
+        first, last = self.fixes[after - 1], self.fixes[after]
+        part = (stamp_ns - first.stamp_ns) / (last.stamp_ns - first.stamp_ns)
+        return fix_between(first, last, part)
+
+    def separation_m(self, reported: FixSample) -> float:
+        """Metres between a reported fix and where the vehicle was when it was measured."""
+        return separation_m(self.at(reported.stamp_ns - self._lag_ns), reported)
+
+
+def truth_track(reader: BagReader) -> TruthTrack | None:
+    """The true track, if the bag has one.
+
+    Raises:
+        BagError: The bag is damaged.
+    """
+    for topic, lag_s in ((MEASURED_FIX, 0.0), (TRUTH_FIX, GPS_LAG_S)):
+        if reader.topics.get(topic) == TYPES["fix"] and (fixes := valid_fixes(reader, topic)):
+            return TruthTrack(fixes, lag_s)
+    return None
+
+
+def valid_fixes(reader: BagReader, topic: str) -> list[FixSample]:
+    """The valid fixes of a topic whose stamps increase.
+
+    Raises:
+        BagError: The bag is damaged.
+    """
+    fixes: list[FixSample] = []
+    for raw in reader.messages([topic]):
+        try:
+            fix = fix_sample(reader.deserialize(raw))
+        except BadMessage:
+            continue
+        if fix.has_fix and (not fixes or fix.stamp_ns > fixes[-1].stamp_ns):
+            fixes.append(fix)
+    return fixes
+
+
+def known_attack(reader: BagReader, scenario: Scenario | None = None) -> Known:
+    """The attack on a flight: the scenario's, the ground truth's in the bag, or the label's.
+
+    Raises:
+        BagError: The label beside the bag cannot be used, or the bag is damaged.
+        ScenarioError: A segment lies outside the flight.
+    """
+    if scenario is not None:
+        return Known(scenario_attack(scenario, reader), "scenario")
+    if reader.topics.get(SPOOF_ACTIVE) == "std_msgs/msg/Bool":
+        return Known(recorded_attack(reader), "ground_truth")
+    label = read_label(reader.path)
+    if label is None:
+        return Known(None, None)
+    return Known(label_attack(label, reader.start_ns), "label")
+
+
+def scenario_attack(scenario: Scenario, reader: BagReader) -> Attack:
+    """From the start of the first segment to the end of the last.
+
+    Raises:
+        ScenarioError: A segment lies outside the flight.
+    """
+    scenario.check_within(reader.duration_s)
+    return attack_times(scenario, reader.start_ns)
+
+
+def attack_times(scenario: Scenario, start_ns: int) -> Attack:
+    """The same for a flight whose first message is at `start_ns`, which it is to fit into."""
+    first, last = scenario.segments[0], scenario.segments[-1]
+    end = None if last.end_s is None else start_ns + round(last.end_s * NANOSECONDS)
+    return Attack(start_ns + round(first.start_s * NANOSECONDS), end)
+
+
+def read_label(bag: Path) -> dict[str, Any] | None:
+    """What `label.json` beside a bag says of the flight, None where there is none.
+
+    Raises:
+        BagError: The file is no label.
+    """
+    path = (bag if bag.is_dir() else bag.parent) / LABEL
+    if not path.is_file():
+        return None
+    try:
+        label = json.loads(path.read_text(encoding="utf-8"))
+        if not isinstance(label["kind"], str):
+            raise TypeError(f"kind is {label['kind']!r}, not a word")
+        attack = label["attack"]
+        if attack is not None and not 0.0 <= attack["t_start"] < attack["t_end"] < math.inf:
+            raise ValueError("the attack begins before the flight or does not end after its start")
+    except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
+        raise BagError(f"{path}: is no label of a flight ({error!r})") from error
+    return dict(label)
+
+
+def label_attack(label: dict[str, Any], start_ns: int) -> Attack | None:
+    """The attack of a label, whose times are seconds from the bag's first message."""
+    attack = label["attack"]
+    if attack is None:
+        return None
+    onset, end = (start_ns + round(attack[key] * NANOSECONDS) for key in ("t_start", "t_end"))
+    return Attack(onset, end)
+
+
+def recorded_attack(reader: BagReader) -> Attack | None:
+    """The time from the first to after the last fix that the bag's ground truth calls spoofed.
+
+    Raises:
+        BagError: The bag is damaged.
+    """
+    flags = [(raw.log_ns, reader.deserialize(raw).data) for raw in reader.messages([SPOOF_ACTIVE])]
+    spoofed = [log_ns for log_ns, active in flags if active]
+    if not spoofed:
+        return None
+    after = [log_ns for log_ns, _ in flags if log_ns > spoofed[-1]]
+    return Attack(spoofed[0], after[0] if after else None)
