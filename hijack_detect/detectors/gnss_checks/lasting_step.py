@@ -51,8 +51,9 @@ class _Jumped:
     stamp_ns: int
     before: _Place
     """Where it began."""
-    velocity: Vector3
-    """Velocity WINDOW_NS after it, or the newest until then: turns later do not turn the step."""
+    latency: Vector3
+    """Change of position that intervals explain within WINDOW_NS, m: a backlog may drain beside the
+    step. What might be lag or slack is not taken off: it would make steps of a limit smaller."""
     direction: Vector3
     limit_m: float
 
@@ -116,19 +117,27 @@ class LastingStep:
         while here.stamp_ns - self._places[0].stamp_ns >= WINDOW_NS:
             self._places.popleft()
         first = self._places[0]
-        moved = self._moved(first, here, velocity)
+        off, change = minus(here.off, first.off), minus(velocity, first.velocity)
+        aside = without_lag(off, (change[0], change[1], 0.0))
+        seconds = (here.stamp_ns - first.stamp_ns) / NANOSECONDS
+        change_s = self._latency.change_s(first.latency, seconds)
+        moved = without_latency(aside, first.velocity, velocity, *change_s)
         size, limit = math.hypot(moved[0], moved[1]), self._limit(step)
         settled = step.stamp_ns - self._since_ns > SETTLED_NS
         if not settled:
             return Finding()
         if self._jumped is None and size > limit:
             direction = (moved[0] / size, moved[1] / size, 0.0)
-            self._jumped = _Jumped(step.stamp_ns, first, velocity, direction, limit)
+            self._jumped = _Jumped(step.stamp_ns, first, ZERO, direction, limit)
         if self._jumped is None:
             self._learn(here.stamp_ns, size)
             return Finding(PENDING * min(1.0, size / limit))
         if here.stamp_ns - self._jumped.stamp_ns <= WINDOW_NS:
-            self._jumped = replace(self._jumped, velocity=velocity)
+            start = self._jumped.before
+            away = minus(here.off, start.off)
+            measured_s = self._latency.measured_s(start.latency)
+            left = without_latency(away, start.velocity, velocity, *measured_s)
+            self._jumped = replace(self._jumped, latency=minus(away, left))
         return self._wait(self._jumped, here)
 
     def _learn(self, stamp_ns: int, size: float) -> None:
@@ -141,20 +150,6 @@ class LastingStep:
         """Count a size as shown, as far as it raises the limit."""
         self._shown_m = max(self._shown_m, min(size, MOST * self._lowest_m / SHOWN))
 
-    def _moved(self, first: _Place, here: _Place, velocity: Vector3) -> Vector3:
-        """What neither lag nor latency explains of the change between two places.
-
-        Args:
-            first: Where it began.
-            here: Where it is now.
-            velocity: When the change was over.
-        """
-        seconds = (here.stamp_ns - first.stamp_ns) / NANOSECONDS
-        change = minus(here.velocity, first.velocity)
-        moved = without_lag(minus(here.off, first.off), (change[0], change[1], 0.0))
-        growth_s, fall_s = self._latency.change_s(first.latency, seconds)
-        return without_latency(moved, first.velocity, velocity, growth_s, fall_s)
-
     def _limit(self, step: Step) -> float:
         wanted = max(CLAIMED * min(step.claimed_m, MOST_CLAIMED_M), SHOWN * self._shown_m)
         limit = max(self._lowest_m, min(wanted, MOST * self._lowest_m))
@@ -162,7 +157,7 @@ class LastingStep:
 
     def _wait(self, jumped: _Jumped, here: _Place) -> Finding:
         """What is to be said of a step that is being waited for."""
-        away = self._moved(jumped.before, here, jumped.velocity)
+        away = minus(minus(here.off, jumped.before.off), jumped.latency)
         metres = away[0] * jumped.direction[0] + away[1] * jumped.direction[1]
         if metres <= jumped.limit_m:
             self._show(jumped.limit_m)

@@ -177,6 +177,11 @@ class LatencySeen:
             min(start.seen_s, max(0.0, -grown_s) + SLACK_S),
         )
 
+    def measured_s(self, start: LatencyMark) -> tuple[float, float]:
+        """Growth and fall since a mark that the intervals show, s, without slack; 0 if uneven."""
+        grown_s = self.now.bound_s - start.bound_s if self._intervals.even else 0.0
+        return max(0.0, grown_s), min(start.seen_s, max(0.0, -grown_s))
+
     def _short(self, step: Step, grown_s: float) -> float:
         """Seconds that the position falls short in a step; by the interval where it is unclear."""
         residual, velocity = step.residual, step.velocity
