@@ -93,7 +93,9 @@ def test_a_rate_thins_what_is_published_but_no_change_of_state(graph: Graph) -> 
     changes = [state.value for state, _ in itertools.groupby(one.state for one in wanted)]
     graph.spin_until(lambda: len(states(told)) >= len(changes), "every state")
     graph.spin_until(lambda: len(scores.messages) >= len(told), "every score")
-    assert states(told) == changes
+    # The last fix is judged live when its patience is over; a file just ends before.
+    ended_ns = wanted[-1].stamp_ns
+    assert states([one for one in told if stamp_ns(one) <= ended_ns]) == changes
     assert len(scores.messages) == len(told) < len(wanted)
     first_alert = next(one.stamp_ns for one in run.results if one.alert)
     alerts = [one for one in heard["fusion"].messages if values_of(one)["alert"] == "true"]
