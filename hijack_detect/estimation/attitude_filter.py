@@ -23,6 +23,7 @@ from hijack_detect.estimation.ekf import (
 )
 from hijack_detect.estimation.filter_bank import FilterBank
 from hijack_detect.estimation.geodesy import LocalFrame
+from hijack_detect.estimation.gps_lag import MOST_GROWTH_S
 from hijack_detect.estimation.imu_buffer import ImuBuffer
 from hijack_detect.estimation.magnetic import declination, heading_error
 from hijack_detect.estimation.rotation import (
@@ -73,7 +74,7 @@ REGAINED_HEADING = math.radians(6.0)
 before: a heading that is tens of degrees off, as after a turn that no gyroscope saw, is beyond what
 is linear. Without GPS velocities 10° make alerts after holes in turning flights, and 4° take longer
 than an attack in straight ones."""
-LATEST_NS = 3 * NANOSECONDS // 2
+LATEST_NS = round(MOST_GROWTH_S * NANOSECONDS)
 """The filter runs later than the nominal lag by this at most."""
 LOST_HEADING = math.radians(40.0)
 """Beyond this the heading is looked for in all directions again, unless a compass says it."""
@@ -261,10 +262,8 @@ class AttitudeFilter:
             return
         half_ns = (stamp_ns - self._lag_ns - self._filter_ns) // 2
         nominal_ns = round(self._parameters.gps_lag_s * NANOSECONDS)
-        later_ns = min(
-            self._lag_ns + min(round(beyond * NANOSECONDS), max(half_ns, 0)), nominal_ns + LATEST_NS
-        )
-        later_ns = max(later_ns, nominal_ns)
+        step_ns = min(round(beyond * NANOSECONDS), max(half_ns, 0))
+        later_ns = max(nominal_ns, min(self._lag_ns + step_ns, nominal_ns + LATEST_NS))
         bank.best.rebase((later_ns - self._lag_ns) / NANOSECONDS)
         self._lag_ns = later_ns
 

@@ -13,6 +13,10 @@ from collections.abc import Mapping
 LATE_S = 0.33
 """A lag beyond this is named: recorded receivers have 0.02 to 0.28 s, and no flight without a late
 GPS reaches it."""
+GROWTH = 0.15
+"""s/s. A latency grows no faster in flight: a link that fills up, 1.5 s within 10 s."""
+MOST_GROWTH_S = 1.5
+"""It grows by no more: what a link holds back without a loss that is seen as one."""
 LATE = "the GPS is late"
 LAG = "late_gps"
 """Value: the lag, s, where it is beyond LATE_S."""

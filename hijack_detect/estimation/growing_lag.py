@@ -8,6 +8,7 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from hijack_detect.estimation.gps_lag import GROWTH
 from hijack_detect.estimation.rotation import Array
 
 Lags: TypeAlias = npt.NDArray[np.bool_]
@@ -19,8 +20,6 @@ is wrong by half of it is an error of 0.1 m/s² in a mean over 2 s."""
 EARLIER = 1
 """Lags of the grid below the usual one: recorded receivers have 0.02 to 0.28 s, and 0.15 s is
 usual."""
-RATE = 0.15
-"""s/s: a latency grows, or shrinks, no faster."""
 REFUTED = 9.0
 """A lag is refuted if its cost is larger than the least one by this: 3 standard deviations."""
 DOUBTED = 2.0
@@ -35,7 +34,7 @@ JUMP = 18.0
 class GrowingLag:
     """The cost of each lag: what the differences seen so far say against its best history.
 
-    A history of the lag is a walk over the grid, no faster than RATE; its cost is the sum of the
+    A history of the lag is a walk over the grid, no faster than GROWTH; its cost is the sum of the
     squares of the differences that were seen at its lags, in units of their usual variance. The
     least cost of all walks that end at a lag follows from those a step before (Viterbi 1967). Where
     nothing is felt, all lags have the same difference: no cost changes, and costs spread over the
@@ -92,7 +91,7 @@ class GrowingLag:
                 of an independent observation that it is, shape (n,).
         """
         cost = self._cost + squares
-        self._moved_s = min(self._moved_s + RATE * seconds, len(cost) * STEP_S)
+        self._moved_s = min(self._moved_s + GROWTH * seconds, len(cost) * STEP_S)
         while self._moved_s >= STEP_S:
             self._moved_s -= STEP_S
             nearby = cost.copy()

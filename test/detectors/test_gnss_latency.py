@@ -11,8 +11,6 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from hijack_detect.detectors.gnss_checks.latency import (
-    GROWTH,
-    MOST_S,
     PERIODS,
     FixIntervals,
     LatencyMark,
@@ -21,6 +19,7 @@ from hijack_detect.detectors.gnss_checks.latency import (
     without_latency,
 )
 from hijack_detect.detectors.verdict import State, Verdict
+from hijack_detect.estimation.gps_lag import GROWTH, MOST_GROWTH_S
 from hijack_detect.streams.samples import Vector3
 
 CALM = {State.NOT_READY, State.NORMAL}
@@ -106,7 +105,7 @@ def test_a_latency_that_grew_in_a_hover_may_fall_in_motion() -> None:
 
 @settings(max_examples=8, deadline=None)
 @given(
-    st.floats(0.2, MOST_S),
+    st.floats(0.2, MOST_GROWTH_S),
     st.floats(0.7, 1.0),
     st.floats(0.3, 20.0),
     st.floats(3.0, 12.0),
@@ -247,7 +246,9 @@ def test_a_fall_is_explained_as_far_as_the_steps_before_and_after_it_say() -> No
 vectors = st.tuples(st.floats(-30, 30), st.floats(-30, 30), st.floats(-9, 9))
 
 
-@given(vectors, st.lists(st.tuples(vectors, st.floats(0.0, MOST_S)), min_size=1, max_size=30))
+@given(
+    vectors, st.lists(st.tuples(vectors, st.floats(0.0, MOST_GROWTH_S)), min_size=1, max_size=30)
+)
 def test_latency_explains_at_most_the_difference(
     difference: Vector3, steps: list[tuple[Vector3, float]]
 ) -> None:
@@ -277,7 +278,7 @@ def test_a_growth_within_the_bounds_is_explained_and_what_is_across_is_not(
     )
 
 
-@given(vectors, vectors, st.floats(0.0, 2.0), st.floats(0.0, MOST_S))
+@given(vectors, vectors, st.floats(0.0, 2.0), st.floats(0.0, MOST_GROWTH_S))
 def test_a_step_across_the_path_stays(
     residual: Vector3, v: Vector3, growth_s: float, fall_s: float
 ) -> None:

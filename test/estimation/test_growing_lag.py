@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hijack_detect.estimation.growing_lag import DOUBTED, JUMP, RATE, REFUTED, STEP_S, GrowingLag
+from hijack_detect.estimation.gps_lag import GROWTH
+from hijack_detect.estimation.growing_lag import DOUBTED, JUMP, REFUTED, STEP_S, GrowingLag
 from hijack_detect.estimation.rotation import Array
 
 PERIOD_S = 0.2
@@ -55,7 +56,7 @@ def test_in_a_hover_the_lag_is_kept_while_others_become_possible() -> None:
     for _ in range(50):
         one.update(PERIOD_S, np.zeros(16))
     assert one.held == one.usual
-    reached = 0.25 + RATE * 50 * PERIOD_S
+    reached = 0.25 + GROWTH * 50 * PERIOD_S
     assert one.lags_s[one.possible].max() == pytest.approx(min(reached, 1.55), abs=STEP_S)
 
 

@@ -7,9 +7,13 @@ import math
 from collections import deque
 from dataclasses import dataclass, replace
 
-from hijack_detect.detectors.gnss_checks.latency import LatencyMark, LatencySeen, without_latency
+from hijack_detect.detectors.gnss_checks.latency import (
+    LatencyMark,
+    LatencySeen,
+    without_lag,
+    without_latency,
+)
 from hijack_detect.detectors.gnss_checks.step import WINDOW_NS, ZERO, Finding, Step, minus, plus
-from hijack_detect.detectors.gnss_checks.velocity_mismatch import without_lag
 from hijack_detect.detectors.verdict import State
 from hijack_detect.streams.samples import NANOSECONDS, Vector3
 

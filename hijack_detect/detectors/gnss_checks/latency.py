@@ -11,14 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hijack_detect.detectors.gnss_checks.step import WINDOW_NS, Step
+from hijack_detect.detectors.gnss_checks.step import WINDOW_NS, Step, without_part
+from hijack_detect.estimation.gps_lag import GROWTH, MOST_GROWTH_S
 from hijack_detect.streams.samples import NANOSECONDS, Vector3
 
-GROWTH = 0.15
-"""s/s. The latency grows no faster: a link that fills up, 1.5 s within 10 s. It may fall at once,
-as a backlog drains."""
-MOST_S = 1.5
-"""s. It grows by no more: what a link holds back without a loss that is seen as one."""
 MAX_SHORT_RATE = 1.0
 """s/s. `short_s` rises no faster than this in a step. The noise of a step, 0.1 m at 5 Hz, is
 0.1 s/s at 5 m/s and has to cancel, so both signs of it count; a jump is far above it."""
@@ -50,6 +46,9 @@ MAX_JITTER = 0.15
 uneven to measure a latency."""
 SLACK_S = 0.1
 """Change of the latency that the intervals may miss: stamps of recorded flights vary by so much."""
+LAG_S = 0.2
+"""Receivers' positions may lead or lag their velocities by this: a change of velocity Δv then
+shows as a difference of up to 0.2 s · Δv, which is taken off."""
 AROUND = np.array([[math.cos(math.pi * k / 16), math.sin(math.pi * k / 16)] for k in range(32)]).T
 UP_AND_DOWN = np.array([[1.0, -1.0]])
 """Unit vectors that a difference is looked at from, beside those across the mean velocity."""
@@ -111,10 +110,10 @@ class LatencyMark:
     """What is known of the latency at a fix, seconds."""
 
     short_s: float = 0.0
-    """Seconds of its way that the position has fallen short, within 0 and MOST_S."""
+    """Seconds of its way that the position has fallen short, within 0 and MOST_GROWTH_S."""
     backlog_s: float = 0.0
-    """Growth that the intervals show and that has not fallen again, within 0 and MOST_S; 0 where
-    they are uneven."""
+    """Growth that the intervals show and that has not fallen again, within 0 and MOST_GROWTH_S;
+    0 where they are uneven."""
     bound_s: float = 0.0
     """Sum of what the latency can have grown in each step: by the interval, falls included, where
     these are even, otherwise by GROWTH."""
@@ -195,7 +194,7 @@ class LatencySeen:
 
 
 def _bounded(seconds: float) -> float:
-    return max(0.0, min(MOST_S, seconds))
+    return max(0.0, min(MOST_GROWTH_S, seconds))
 
 
 @dataclass(frozen=True, slots=True)
@@ -216,10 +215,10 @@ def unexplained(
     """Least length of a difference that no admitted change of latency explains, m.
 
     A growth of g seconds during a step takes g times its velocity off the position, a fall puts it
-    on. Admitted are growths of up to GROWTH in each step, together of what is left to MOST_S and
-    of what the intervals between the fixes admit, and falls of as much as the intervals show.
-    What they can reach is a convex set; the distance to it is the largest that the difference goes
-    beyond it in any direction.
+    on. Admitted are growths of up to GROWTH in each step, together of what is left to
+    MOST_GROWTH_S and of what the intervals between the fixes admit, and falls of as much as the
+    intervals show. What they can reach is a convex set; the distance to it is the largest that the
+    difference goes beyond it in any direction.
 
     Args:
         difference: Change of position less the integral of the velocity.
@@ -231,7 +230,7 @@ def unexplained(
     """
     bound_s = np.array([start.bound_s, *(one.latency.bound_s for one in passed)])
     grown_s = float((bound_s - np.minimum.accumulate(bound_s)).max())
-    left_s = min(MOST_S - start.short_s, grown_s + SLACK_S)
+    left_s = min(MOST_GROWTH_S - start.short_s, grown_s + SLACK_S)
     seen_s = max(start.seen_s, *(one.latency.seen_s for one in passed))
     fallen_s = float((np.maximum.accumulate(bound_s) - bound_s).max())
     fall_s = min(seen_s, fallen_s + SLACK_S)
@@ -271,9 +270,17 @@ def without_latency(
     squared = velocity[0] ** 2 + velocity[1] ** 2
     if squared < MOVING**2:
         return residual
-    along_s = (residual[0] * velocity[0] + residual[1] * velocity[1]) / squared
-    taken_s = max(-growth_s, min(fall_s, along_s))
-    return (residual[0] - taken_s * velocity[0], residual[1] - taken_s * velocity[1], residual[2])
+    return without_part(residual, (*velocity, 0.0), -growth_s, fall_s)
+
+
+def without_lag(difference: Vector3, change: Vector3) -> Vector3:
+    """The part of a difference that no lag within LAG_S explains.
+
+    Args:
+        difference: Change of position less the integral of the velocity, m.
+        change: Of the velocity, m/s.
+    """
+    return without_part(difference, change, -LAG_S, LAG_S)
 
 
 def later_words(later_s: float) -> str:

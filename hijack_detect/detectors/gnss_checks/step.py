@@ -132,6 +132,15 @@ def dot(a: Vector3, b: Vector3) -> float:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
+def without_part(a: Vector3, b: Vector3, low: float, high: float) -> Vector3:
+    """`a` without the multiple of `b`, from `low` to `high`, that leaves the least of it."""
+    squared = math.fsum(one * one for one in b)
+    if not squared:
+        return a
+    times = math.fsum(one * other for one, other in zip(a, b, strict=True)) / squared
+    return plus(a, b, -max(low, min(high, times)))
+
+
 def known(a: Vector3) -> Vector3:
     """A vector that is level where its vertical component was not measured."""
     return (a[0], a[1], 0.0) if math.isnan(a[2]) else a

@@ -13,6 +13,7 @@ from hijack_detect.detectors.gnss_checks.latency import (
     LatencySeen,
     Passed,
     unexplained,
+    without_lag,
 )
 from hijack_detect.detectors.gnss_checks.step import ZERO, Finding, Step, minus, plus
 from hijack_detect.detectors.learned_level import LearnedLevel
@@ -22,9 +23,6 @@ from hijack_detect.streams.samples import NANOSECONDS, Vector3
 HORIZONS_S = (2.0, 5.0, 10.0, 20.0)
 MAX_GAP_S = 2.0
 """After a gap in fixes or velocities of this length everything starts over."""
-LAG_S = 0.2
-"""Receivers' positions may lead or lag their velocities by this: a change of velocity Δv then
-shows as a difference of up to 0.2 s · Δv, which is taken off."""
 MOVING = 2.0
 """m/s; at rest a receiver is better, and worse while it starts, than in flight."""
 WITHOUT_CLIMB = math.sqrt(2.0)
@@ -186,12 +184,3 @@ def _clipped(residual: Vector3, dt_s: float) -> Vector3:
     part = min(1.0, MAX_RATE[0] * dt_s / across) if across else 1.0
     most = MAX_RATE[1] * dt_s
     return (part * residual[0], part * residual[1], max(-most, min(most, residual[2])))
-
-
-def without_lag(difference: Vector3, change: Vector3) -> Vector3:
-    """The part of a difference that no lag within LAG_S explains."""
-    squared = math.fsum(one * one for one in change)
-    if squared == 0.0:
-        return difference
-    lag = math.fsum(a * b for a, b in zip(difference, change, strict=True)) / squared
-    return plus(difference, change, -max(-LAG_S, min(LAG_S, lag)))
