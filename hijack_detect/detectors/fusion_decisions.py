@@ -97,8 +97,8 @@ class Calibrated:
 
     ln odds = ln prior odds + Σ ratios, each of the largest margin of the last `together_s`. Of
     detectors that share a source of error only one counts, and one that cannot tell says nothing.
-    An alert needs an ALARM within that time too, of a calibrated detector that is not SOFT; and it
-    has to last for `debounce_s`.
+    They have to be for `debounce_s`, and an alert needs an ALARM within `together_s` too, of a
+    calibrated detector that is not SOFT.
     """
 
     def __init__(self, parameters: FusionParameters) -> None:
@@ -121,12 +121,13 @@ class Calibrated:
             peak.add(verdict)
         if verdict.state is State.ALARM and verdict.detector in RATIOS.keys() - SOFT:
             self._alarmed_ns = verdict.stamp_ns
-        if not self._claims(verdict.stamp_ns):
+        if self.confidence(verdict.stamp_ns) < self._parameters.alarm_probability:
             self._since_ns = None
             return ()
         if self._since_ns is None:
             self._since_ns = verdict.stamp_ns
-        if verdict.stamp_ns - self._since_ns < self._debounce_ns:
+        lasts = verdict.stamp_ns - self._since_ns >= self._debounce_ns
+        if not (lasts and self._alarmed(verdict.stamp_ns)):
             return ()
         said = sorted(self._evidence(verdict.stamp_ns), key=lambda one: -one[1])
         return [one for one, _ in said if one.margin >= 1.0]
@@ -138,12 +139,10 @@ class Calibrated:
         most = RATIOS.get(verdict.detector, UNKNOWN).high
         return verdict.state in RAISED and self._prior + most >= 0.0
 
-    def _claims(self, stamp_ns: int) -> bool:
-        """Whether there is an alarm that may make an alert, and the odds are high enough."""
+    def _alarmed(self, stamp_ns: int) -> bool:
+        """Whether there is an alarm that may make an alert."""
         alarmed = self._alarmed_ns
-        if alarmed is None or stamp_ns - alarmed > self._kept_ns:
-            return False
-        return self.confidence(stamp_ns) >= self._parameters.alarm_probability
+        return alarmed is not None and stamp_ns - alarmed <= self._kept_ns
 
     def confidence(self, stamp_ns: int) -> float:
         """See Decision: the probability."""

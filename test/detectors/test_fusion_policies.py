@@ -273,6 +273,13 @@ def test_default_never_alerts_on_what_has_innocent_causes(name: str, state: Stat
         assert result.state is state
 
 
+def test_time_in_which_the_odds_were_high_before_an_alarm_counts() -> None:
+    one = calibrated()
+    odds_high = [verdict("coast", at_s, State.SUSPICIOUS, 1.05) for at_s in (10.0, 10.1, 10.2)]
+    assert not any(result.alert for result in feed(one, *odds_high))
+    assert feed(one, alarm("coast", 10.3))[-1].alert_since_ns == round(10.3 * SECOND)
+
+
 @pytest.mark.parametrize("policy", ["any", "paper"])
 def test_the_other_policies_report_the_doubt_of_any_detector(policy: str) -> None:
     (result,) = feed(fusion(policy), verdict("correlation", 1, State.SUSPICIOUS))
