@@ -128,7 +128,7 @@ class CoastBank:
     def measure(self, step: Measured) -> None:
         """The filter used a measurement."""
         said = step.innovation
-        g = -_times(said.h, self._shift)
+        g = -_times(said.H, self._shift)
         if step.block is not None:
             power = 0.5 * self._age**2 if step.block is POSITION else self._age
             for axis in range(AXES):
@@ -136,7 +136,7 @@ class CoastBank:
         weighted = _times(said.precision, g)
         self._d = self._d + _times(said.residual[None], weighted)[0]
         self._c = self._c + weighted.transpose(1, 2, 0) @ g.transpose(1, 0, 2)
-        self._shift = self._shift + _times(said.gain, g)
+        self._shift = self._shift + _times(said.K, g)
 
     def offsets(self, *, changed: bool = False) -> Offsets:
         """The most likely offsets now; `changed` lets the states change as they may."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hijack_detect.estimation.kalman import Innovation
 from hijack_detect.estimation.rotation import Array
 
 ACCELERATION, VELOCITY, RATE, STEP = range(4)
@@ -51,18 +52,13 @@ class OnsetBank:
         self._c = np.zeros((0, SIGNATURES))
         self._next_s: float | None = None
 
-    def update(
-        self, t_s: float, f: Array, h: Array, gain: Array, precision: Array, innovation: Array
-    ) -> None:
-        """Account one measurement.
+    def update(self, t_s: float, f: Array, found: Innovation) -> None:
+        """Account one measurement of height and velocity.
 
         Args:
             t_s: Its time, seconds.
             f: Transition to this time, shape (4, 4).
-            h: Measurement matrix, shape (2, 4).
-            gain: Kalman gain, shape (4, 2).
-            precision: Inverse of the innovation's covariance, shape (2, 2).
-            innovation: Shape (2,).
+            found: What the filter made of it.
         """
         age = t_s - self._onsets
         offset = np.zeros((len(age), SIGNATURES, 2))
@@ -73,11 +69,11 @@ class OnsetBank:
         offset[:, RATE, 0] = age
         offset[:, STEP, 0] = 1.0
         shift = self._shift @ f.T
-        g = offset - shift @ h.T
-        weighted = g @ precision
-        self._d += weighted @ innovation
+        g = offset - shift @ found.H.T
+        weighted = g @ found.precision
+        self._d += weighted @ found.residual
         self._c += np.sum(weighted * g, axis=2)
-        self._shift = shift + g @ gain.T
+        self._shift = shift + g @ found.K.T
         self._renew(t_s)
 
     def _renew(self, t_s: float) -> None:

@@ -13,6 +13,7 @@ from hijack_detect.detectors.barometer_check import Finding
 from hijack_detect.detectors.height_error import claimed_height
 from hijack_detect.detectors.onset_bank import Evidence, OnsetBank
 from hijack_detect.detectors.vertical_force import Sum, VerticalForce
+from hijack_detect.estimation.kalman import update
 from hijack_detect.estimation.rotation import Array
 from hijack_detect.streams.samples import NANOSECONDS, AttitudeSample, FixSample, VelocitySample
 
@@ -192,18 +193,14 @@ class VerticalChannel:
         x = f @ self._x + np.array([0.5 * gained * dt, gained, 0.0, 0.0])
         covariance = f @ self._covariance @ f.T + noise
         speed_noise = VELOCITY_NOISE if with_velocity else NO_VELOCITY
-        spread = MEASURES @ covariance @ MEASURES.T + np.diag([HEIGHT_NOISE**2, speed_noise**2])
-        precision = np.linalg.inv(spread)
-        gain = covariance @ MEASURES.T @ precision
-        innovation = measured - MEASURES @ x
-        self._bank.update(b.stamp_ns / NANOSECONDS, f, MEASURES, gain, precision, innovation)
-        x = x + gain @ innovation
+        variances = np.array([HEIGHT_NOISE**2, speed_noise**2])
+        found, self._covariance = update(covariance, MEASURES, measured - MEASURES @ x, variances)
+        self._bank.update(b.stamp_ns / NANOSECONDS, f, found)
+        x = x + found.correction
         x[2] = min(p.max_bias, max(-p.max_bias, x[2]))
-        covariance = (np.eye(4) - gain @ MEASURES) @ covariance
-        self._covariance = 0.5 * (covariance + covariance.T)
         self._x, self._bias, self._begun = x, float(x[2]), True
         if with_velocity:
-            self._scatter.add(stamp_ns, float(innovation[1]), dt)
+            self._scatter.add(stamp_ns, float(found.residual[1]), dt)
 
     def _judge(self, t_s: float) -> Finding:
         p, scale = self._p, self._scatter.scale

@@ -21,11 +21,10 @@ from hijack_detect.estimation.ekf import (
     POSITION,
     VELOCITY,
     ImuBlock,
-    Innovation,
     Observation,
     ProcessNoise,
-    add_diagonal,
 )
+from hijack_detect.estimation.kalman import Innovation, add_diagonal
 from hijack_detect.estimation.lag_ekf import LagEkf, ModelErrors
 from hijack_detect.estimation.rotation import Array, matrix, skew
 from hijack_detect.estimation.velocity_error import VelocityError, VelocityNoise

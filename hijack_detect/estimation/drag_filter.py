@@ -17,6 +17,7 @@ import numpy as np
 
 from hijack_detect.estimation.drag_model import SMALLEST_DRAG, drag_force
 from hijack_detect.estimation.drag_noise import HUBER, DragNoise, ForceNoise
+from hijack_detect.estimation.kalman import update
 from hijack_detect.estimation.rotation import Array
 
 WIND, DRAG, QUADRATIC, BIAS = slice(0, 2), 2, 3, slice(4, 6)
@@ -130,15 +131,11 @@ class DragFilter:
         residual, h = _linearized(
             self.state, block.turn[None], block.velocity[None], block.force[None]
         )
-        innovation = residual[0]
         spread = h[0] @ self.covariance @ h[0].T
-        s = spread + self._force.variance(spread, innovation, block.seconds) * np.eye(2)
-        gain = np.linalg.solve(s, h[0] @ self.covariance).T
-        self.state = self.state + gain @ innovation
+        variance = self._force.variance(spread, residual[0], block.seconds)
+        found, self.covariance = update(self.covariance, h[0], residual[0], np.full(2, variance))
+        self.state = self.state + found.correction
         self.state[DRAG] = max(float(self.state[DRAG]), SMALLEST_DRAG)
-        reduced = np.eye(6) - gain @ h[0]
-        covariance = reduced @ self.covariance
-        self.covariance = 0.5 * (covariance + covariance.T)
 
     def wind_change(self, blocks: Sequence[AirBlock], prior: float) -> WindChange:
         """The change of wind between this filter and later blocks, drag and bias kept.

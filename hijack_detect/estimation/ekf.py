@@ -16,6 +16,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from hijack_detect.estimation.kalman import Innovation, add_diagonal, update
 from hijack_detect.estimation.rotation import (
     UNIT,
     Array,
@@ -78,28 +79,6 @@ class ImuBlock:
     def seconds(self) -> float:
         """Length of the block, s."""
         return float(self.dt.sum())
-
-
-@dataclass(frozen=True, slots=True)
-class Innovation:
-    """What a measurement said that the filter did not expect.
-
-    Attributes:
-        h: Observation matrix, shape (m, n) for n error states.
-        residual: Measured minus predicted, shape (m,).
-        precision: Inverse of its covariance, shape (m, m).
-        gain: Kalman gain, shape (n, m).
-    """
-
-    h: Array
-    residual: Array
-    precision: Array
-    gain: Array
-
-    def log_likelihood(self) -> float:
-        """Logarithm of the residual's density, without its constant term."""
-        distance = self.residual @ self.precision @ self.residual
-        return float(0.5 * (np.linalg.slogdet(self.precision)[1] - distance))
 
 
 class Ekf:
@@ -207,23 +186,16 @@ class Ekf:
         """The filter runs later by this from now on, s; for those that know lags."""
 
     def update(self, h: Array, residual: Array, r: Array) -> Innovation:
-        """Kalman update in Joseph form.
+        """Use a measurement.
 
         Args:
             h: Observation matrix, shape (m, n) for n error states.
             residual: Measured minus predicted, shape (m,).
             r: Variances of the measurement noise, shape (m,).
         """
-        seen = h @ self.covariance
-        spread = seen @ h.T
-        add_diagonal(spread, slice(0, len(r)), r)
-        precision = np.linalg.inv(spread)
-        gain = seen.T @ precision
-        keep = -(gain @ h)
-        add_diagonal(keep, slice(0, len(keep)), 1.0)
-        self.covariance = keep @ self.covariance @ keep.T + (gain * r) @ gain.T
-        self._inject(gain @ residual)
-        return Innovation(h, residual, precision, gain)
+        found, self.covariance = update(self.covariance, h, residual, r)
+        self._inject(found.correction)
+        return found
 
     def _inject(self, error: Array) -> None:
         self.position = self.position + error[POSITION]
@@ -257,12 +229,6 @@ class Ekf:
     def heading_variance(self) -> float:
         """Variance of the heading, rad²."""
         return float(self.covariance[8, 8])
-
-
-def add_diagonal(matrix: Array, block: slice, values: Array | float) -> None:
-    """Add to the diagonal of some states; of a square matrix, in place."""
-    step = len(matrix) + 1
-    matrix.flat[block.start * step : block.stop * step : step] += values
 
 
 def _transition(dt: Array, rotation: Array, force: Array, size: int) -> Array:

@@ -18,10 +18,10 @@ from hijack_detect.estimation.ekf import (
     VELOCITY,
     Ekf,
     ImuBlock,
-    Innovation,
     Observation,
     ProcessNoise,
 )
+from hijack_detect.estimation.kalman import Innovation
 from hijack_detect.estimation.rotation import Array
 from hijack_detect.streams.samples import Quaternion
 

@@ -16,6 +16,7 @@ from hijack_detect.detectors.barometer_check import BarometerCheck
 from hijack_detect.detectors.onset_bank import OnsetBank
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.detectors.vertical_force import VerticalForce
+from hijack_detect.estimation.kalman import Innovation
 from hijack_detect.streams.samples import (
     AttitudeSample,
     FixSample,
@@ -424,7 +425,7 @@ def test_the_bank_finds_the_size_of_an_offset_without_noise(size: float, signatu
         offset = np.array(shapes[signature]) * size
         if tick == 0:
             offset = np.zeros(2)
-        bank.update(t, np.eye(4), h, np.zeros((4, 2)), np.eye(2), offset)
+        bank.update(t, np.eye(4), Innovation(h, offset, np.eye(2), np.zeros((4, 2))))
     found = bank.evidence(1.6)[signature]
     assert found.size == pytest.approx(size)
     assert found.age_s == pytest.approx(1.6)

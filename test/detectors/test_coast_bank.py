@@ -17,7 +17,8 @@ from scipy.linalg import block_diag
 from scipy.stats import chi2
 
 from hijack_detect.detectors.coast_bank import Change, CoastBank, Offsets
-from hijack_detect.estimation.ekf import GRAVITY, POSITION, VELOCITY, ImuBlock, Innovation
+from hijack_detect.estimation.ekf import GRAVITY, POSITION, VELOCITY, ImuBlock
+from hijack_detect.estimation.kalman import Innovation
 from hijack_detect.estimation.lag_ekf import SIZE, LagEkf, Measured, ModelErrors, Propagated
 
 Array = npt.NDArray[np.float64]
@@ -75,8 +76,8 @@ def innovations(
         offset, age = np.zeros(3), max(0.0, now - onset_s)
         if one.block is not None:
             offset[:2] = acceleration * (0.5 * age**2 if one.block is POSITION else age)
-        innovation = offset - one.innovation.h @ error
-        error = error + one.innovation.gain @ innovation
+        innovation = offset - one.innovation.H @ error
+        error = error + one.innovation.K @ innovation
         shown.append(innovation)
     return shown
 

@@ -21,8 +21,8 @@ from hijack_detect.estimation.ekf import (
     POSITION,
     VELOCITY,
     ImuBlock,
-    Innovation,
 )
+from hijack_detect.estimation.kalman import Innovation
 from hijack_detect.estimation.lag_ekf import LagEkf, Measured, ModelErrors
 from hijack_detect.estimation.rotation import exponential, matrix, multiply
 from hijack_detect.estimation.velocity_error import VelocityNoise
@@ -131,10 +131,10 @@ def test_the_observation_is_the_derivative_of_the_force() -> None:
         moved = np.zeros(SIZE)
         moved[state] = 1e-5 * rng.choice([-1.0, 1.0])
         shown = flown(moved).residual - zero.residual
-        np.testing.assert_allclose(shown / moved[state], -zero.h[:, state], atol=2e-3)
+        np.testing.assert_allclose(shown / moved[state], -zero.H[:, state], atol=2e-3)
     others = [*range(3), 11, *range(12, 17)]
-    np.testing.assert_array_equal(zero.h[:, others], 0.0)
-    assert np.all(zero.h[:, [VELOCITY.start, ATTITUDE.start, ACCEL_BIAS.start]].any(axis=0))
+    np.testing.assert_array_equal(zero.H[:, others], 0.0)
+    assert np.all(zero.H[:, [VELOCITY.start, ATTITUDE.start, ACCEL_BIAS.start]].any(axis=0))
 
 
 def measures(ekf: AirEkf) -> int:

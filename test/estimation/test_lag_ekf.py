@@ -272,10 +272,10 @@ def test_the_record_of_a_measurement_is_the_textbook_one(block: slice | None) ->
     spread = h @ before.covariance @ h.T + np.diag(r)
     said = step.innovation
     np.testing.assert_allclose(said.precision @ spread, np.eye(len(r)), atol=1e-12)
-    np.testing.assert_allclose(said.gain @ spread, before.covariance @ h.T, atol=1e-12)
-    np.testing.assert_array_equal(said.h, h)
+    np.testing.assert_allclose(said.K @ spread, before.covariance @ h.T, atol=1e-12)
+    np.testing.assert_array_equal(said.H, h)
     np.testing.assert_array_equal(said.residual, residual)
-    moved = said.gain @ said.residual
+    moved = said.K @ said.residual
     np.testing.assert_allclose(ekf.position - before.position, moved[POSITION], atol=1e-12)
     np.testing.assert_allclose(ekf.lags - before.lags, moved[15:], atol=1e-12)
 
