@@ -9,7 +9,7 @@ import numpy as np
 
 from hijack_detect.estimation.air_ekf import AirEkf
 from hijack_detect.estimation.drag_noise import DragNoise
-from hijack_detect.estimation.ekf import GRAVITY, POSITION, VELOCITY, ImuBlock, ProcessNoise
+from hijack_detect.estimation.ekf import GRAVITY, ImuBlock, ProcessNoise, Source
 from hijack_detect.estimation.lag_ekf import ModelErrors
 from hijack_detect.estimation.velocity_error import VelocityNoise
 
@@ -37,8 +37,9 @@ def hover(
     block = ImuBlock(np.full(10, 0.02), np.zeros((10, 3)), np.tile([0.0, 0.0, GRAVITY], (10, 1)))
     for step in range(steps):
         ekf.propagate(block)
-        ekf.update(*ekf.gps(POSITION, np.array([position(step), 0.0, 0.0]), np.full(3, 0.49)))
+        fix = np.array([position(step), 0.0, 0.0])
+        ekf.update(ekf.gps(Source.POSITION, fix, np.full(3, 0.49)))
         if velocity is not None:
             told = np.array([velocity(step), 0.0, 0.0]) + 0.05 * rng.normal(size=3)
-            ekf.update(*ekf.gps(VELOCITY, told, np.full(3, 0.05**2)))
+            ekf.update(ekf.gps(Source.VELOCITY, told, np.full(3, 0.05**2)))
         yield ekf

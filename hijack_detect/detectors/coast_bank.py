@@ -3,18 +3,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from hijack_detect.estimation.ekf import POSITION
+from hijack_detect.estimation.ekf import Source
 from hijack_detect.estimation.lag_ekf import Measured, Propagated
 from hijack_detect.estimation.rotation import Array
 
 AXES = 2
 """East and North; the vertical is the altitude detector's."""
 TINY = 1e-9
+GROWTH: Mapping[Source, Callable[[Array], Array]] = {
+    Source.POSITION: lambda age: 0.5 * age**2,
+    Source.VELOCITY: lambda age: age,
+}
+"""What 1 m/s² since an onset adds to the measurements that a spoofed GPS is the source of."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,10 +134,10 @@ class CoastBank:
         """The filter used a measurement."""
         said = step.innovation
         g = -_times(said.H, self._shift)
-        if step.block is not None:
-            power = 0.5 * self._age**2 if step.block is POSITION else self._age
+        if step.horizontal and step.source in GROWTH:
+            grown = GROWTH[step.source](self._age)
             for axis in range(AXES):
-                g[axis, :, axis] += power
+                g[axis, :, axis] += grown
         weighted = _times(said.precision, g)
         self._d = self._d + _times(said.residual[None], weighted)[0]
         self._c = self._c + weighted.transpose(1, 2, 0) @ g.transpose(1, 0, 2)

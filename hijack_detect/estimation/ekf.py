@@ -11,8 +11,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from enum import Enum
 from functools import cached_property
-from typing import TypeAlias
 
 import numpy as np
 
@@ -43,8 +43,37 @@ UNSEEN_RATE, UNSEEN_ACCELERATION = 0.5, 3.0
 """rad/s and m/s²: what it may have done then, standard deviations of a vehicle that manoeuvres."""
 
 
-Observation: TypeAlias = tuple[Array, Array, Array]
-"""Observation matrix (m, n), measured minus predicted (m,), and noise variances (m,)."""
+class Source(Enum):
+    """What an observation was measured by."""
+
+    POSITION = "position"
+    """Position of the GPS."""
+    VELOCITY = "velocity"
+    """Velocity of the GPS."""
+    FIELD = "field"
+    """Magnetometer."""
+    DRAG = "drag"
+    """Specific force that the air exerts."""
+
+
+@dataclass(frozen=True, slots=True)
+class Observation:
+    """A measurement as a filter of n states sees it.
+
+    Attributes:
+        source: What measured it.
+        H: Observation matrix, shape (m, n).
+        residual: Measured minus predicted, shape (m,).
+        R: Variances of the measurement noise, shape (m,).
+        horizontal: Whether the first two rows are East and North of the GPS. Without a heading
+            they are the assumption that the vehicle stands still, see `AttitudeFilter`.
+    """
+
+    source: Source
+    H: Array
+    residual: Array
+    R: Array
+    horizontal: bool = True
 
 
 @dataclass(frozen=True)
@@ -164,18 +193,21 @@ class Ekf:
             noise[VELOCITY] += (UNSEEN_ACCELERATION * seconds) ** 2
             noise[ATTITUDE] += (UNSEEN_RATE * seconds) ** 2
 
-    def gps(self, block: slice, measured: Array, variances: Array) -> Observation:
-        """What a GPS position (block POSITION) or velocity (VELOCITY) observes.
+    def gps(self, source: Source, measured: Array, variances: Array) -> Observation:
+        """Observation of a GPS position or velocity.
 
         Args:
-            block: Which of the two.
+            source: Which of the two.
             measured: ENU, m or m/s, shape (3,).
             variances: Of the measurement's noise, shape (3,).
         """
-        state = self.position if block is POSITION else self.velocity
-        rows = np.zeros((3, len(self.covariance)))
-        rows[:, block] = UNIT
-        return rows, measured - state, variances
+        H = np.zeros((3, len(self.covariance)))
+        if source is Source.POSITION:
+            block, predicted = POSITION, self.position
+        else:
+            block, predicted = VELOCITY, self.velocity
+        H[:, block] = UNIT
+        return Observation(source, H, measured - predicted, variances)
 
     @property
     def beyond_band(self) -> float:
@@ -185,15 +217,9 @@ class Ekf:
     def rebase(self, shift_s: float) -> None:
         """The filter runs later by this from now on, s; for those that know lags."""
 
-    def update(self, h: Array, residual: Array, r: Array) -> Innovation:
-        """Use a measurement.
-
-        Args:
-            h: Observation matrix, shape (m, n) for n error states.
-            residual: Measured minus predicted, shape (m,).
-            r: Variances of the measurement noise, shape (m,).
-        """
-        found, self.covariance = update(self.covariance, h, residual, r)
+    def update(self, seen: Observation) -> Innovation:
+        """Use an observation."""
+        found, self.covariance = update(self.covariance, seen.H, seen.residual, seen.R)
         self._inject(found.correction)
         return found
 

@@ -13,13 +13,13 @@ import numpy as np
 from hijack_detect.estimation.ekf import (
     ATTITUDE,
     GRAVITY,
-    POSITION,
     UP,
     VELOCITY,
     Ekf,
     ImuBlock,
     Observation,
     ProcessNoise,
+    Source,
 )
 from hijack_detect.estimation.kalman import Innovation
 from hijack_detect.estimation.rotation import Array
@@ -86,14 +86,16 @@ class Propagated:
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """The filter used a measurement.
+    """The filter used an observation.
 
     Attributes:
-        block: POSITION or VELOCITY for one of the GPS, None for another sensor's.
-        innovation: What it said.
+        source: See Observation.
+        horizontal: See Observation.
+        innovation: The filter's innovation, shapes as in `kalman`.
     """
 
-    block: slice | None
+    source: Source
+    horizontal: bool
     innovation: Innovation
 
 
@@ -132,7 +134,6 @@ class LagEkf(Ekf):
         """Mean over the last block, ENU, m/s²."""
         self.steps: deque[Propagated | Measured] = deque(maxlen=STEPS)
         """What was done since this was emptied; a filter that nobody reads keeps the newest."""
-        self._block: slice | None = None
 
     @property
     def beyond_band(self) -> float:
@@ -180,27 +181,26 @@ class LagEkf(Ekf):
             self.add_unseen(noise, float(block.dt[wild].sum()))
         return noise
 
-    def gps(self, block: slice, measured: Array, variances: Array) -> Observation:
+    def gps(self, source: Source, measured: Array, variances: Array) -> Observation:
         """See Ekf. A measurement that lags by τ shows p − τv or v − τa."""
-        rows, residual, noise = super().gps(block, measured, variances)
-        self._block = block
-        if block is POSITION:
+        prompt = super().gps(source, measured, variances)
+        H = prompt.H
+        if source is Source.POSITION:
             rate = self.velocity
             more = self._errors.position_jitter_s * math.hypot(*rate[:2].tolist())
-            rows[:, DIFFERENCE] = -rate
+            H[:, DIFFERENCE] = -rate
             lag = self.lags.sum()
         else:
             rate = self.acceleration
             more = self._errors.lag_jitter_s * math.hypot(*rate.tolist())
             lag = self.lags[0]
-        rows[:, LAG] = -rate
-        return rows, residual + lag * rate, noise + more**2
+        H[:, LAG] = -rate
+        return Observation(source, H, prompt.residual + lag * rate, prompt.R + more**2)
 
-    def update(self, h: Array, residual: Array, r: Array) -> Innovation:
+    def update(self, seen: Observation) -> Innovation:
         """See Ekf; the step is recorded."""
-        block, self._block = self._block, None
-        found = super().update(h, residual, r)
-        self.steps.append(Measured(block, found))
+        found = super().update(seen)
+        self.steps.append(Measured(seen.source, seen.horizontal, found))
         return found
 
     def _inject(self, error: Array) -> None:

@@ -18,9 +18,10 @@ from hijack_detect.estimation.ekf import (
     ACCEL_BIAS,
     ATTITUDE,
     GRAVITY,
-    POSITION,
     VELOCITY,
     ImuBlock,
+    Observation,
+    Source,
 )
 from hijack_detect.estimation.kalman import Innovation
 from hijack_detect.estimation.lag_ekf import LagEkf, Measured, ModelErrors
@@ -89,8 +90,9 @@ def fly(ekf: AirEkf, seconds: float, seed: int = 1) -> None:
         ekf.propagate(ImuBlock(np.full(10, dt), np.array(rates), np.array(forces) + noise))
         t = 0.2 * (step + 1)
         position = SIZES * np.sin(RATES * t) + 0.3 * rng.normal(size=3)
-        ekf.update(*ekf.gps(POSITION, position, np.full(3, 0.49)))
-        ekf.update(*ekf.gps(VELOCITY, velocity(t) + 0.05 * rng.normal(size=3), np.full(3, 0.01)))
+        ekf.update(ekf.gps(Source.POSITION, position, np.full(3, 0.49)))
+        told = velocity(t) + 0.05 * rng.normal(size=3)
+        ekf.update(ekf.gps(Source.VELOCITY, told, np.full(3, 0.01)))
 
 
 def test_wind_and_drag_are_learnt_and_the_deviations_are_right() -> None:
@@ -118,12 +120,11 @@ def test_the_observation_is_the_derivative_of_the_force() -> None:
         ekf.wind, ekf.drag = np.array([2.0, 1.0]), np.array([0.3, 0.02])
         ekf.propagate(block)
         ekf._inject(moved)
-        exact = np.eye(SIZE)[VELOCITY], np.zeros(3), np.full(3, 1e12)
-        ekf._block = VELOCITY
-        ekf.update(*exact)
+        vague = np.zeros(3), np.full(3, 1e12)
+        ekf.update(Observation(Source.VELOCITY, np.eye(SIZE)[VELOCITY], *vague))
         last = ekf.steps[-1]
         assert isinstance(last, Measured)
-        assert last.block is None
+        assert last.source is Source.DRAG
         return last.innovation
 
     zero = flown(np.zeros(SIZE))
@@ -139,21 +140,21 @@ def test_the_observation_is_the_derivative_of_the_force() -> None:
 
 def measures(ekf: AirEkf) -> int:
     """How often drag was used."""
-    return sum(isinstance(step, Measured) and step.block is None for step in ekf.steps)
+    return sum(isinstance(step, Measured) and step.source is Source.DRAG for step in ekf.steps)
 
 
 def still(ekf: AirEkf, seconds: float) -> None:
     n = round(seconds / 0.05)
     force = np.tile([0.0, 0.0, GRAVITY], (n, 1))
     ekf.propagate(ImuBlock(np.full(n, 0.05), np.zeros((n, 3)), force))
-    ekf.update(*ekf.gps(VELOCITY, np.zeros(3), np.full(3, 0.01)))
+    ekf.update(ekf.gps(Source.VELOCITY, np.zeros(3), np.full(3, 0.01)))
 
 
 def test_drag_is_used_once_for_a_gps_velocity() -> None:
     ekf = make()
     for _ in range(5):
         still(ekf, 0.2)
-        ekf.update(*ekf.gps(POSITION, np.zeros(3), np.full(3, 0.49)))
+        ekf.update(ekf.gps(Source.POSITION, np.zeros(3), np.full(3, 0.49)))
     assert measures(ekf) == 5
 
 
@@ -193,7 +194,7 @@ def test_a_force_that_no_drag_explains_is_trusted_less() -> None:
         gps = 0.1 * rng.normal(size=3)
         for ekf in (feeling, plain):
             ekf.propagate(block)
-            ekf.update(*ekf.gps(VELOCITY, gps, np.full(3, 0.01)))
+            ekf.update(ekf.gps(Source.VELOCITY, gps, np.full(3, 0.01)))
     assert feeling.residual > 1.0
     sigma = math.sqrt(plain.covariance[VELOCITY, VELOCITY][0, 0])
     np.testing.assert_allclose(feeling.velocity, plain.velocity, atol=sigma)
