@@ -13,7 +13,7 @@ from hijack_detect.detectors.flight_gate import FlightGate
 from hijack_detect.detectors.input_watch import InputWatch
 from hijack_detect.detectors.persistence import Persistence
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.detectors.window import WindowSums
+from hijack_detect.detectors.window import FULL, WindowSums
 from hijack_detect.estimation.ekf import GRAVITY
 from hijack_detect.estimation.gps_lag import LATE, late, late_words
 from hijack_detect.estimation.growing_lag import GrowingLag
@@ -180,7 +180,7 @@ class DateDetector:
     def _unable(self, stamp_ns: int) -> tuple[State, str] | None:
         """State and reason if nothing can be said."""
         p = self._parameters
-        if not len(self._window) or self._covered_ns < 0.9 * self._window_ns:
+        if not len(self._window) or self._covered_ns < FULL * self._window_ns:
             return State.NOT_READY, f"less than {p.window_s:g} s of attitude and GPS velocity"
         if self._tumbled_ns is not None and stamp_ns - self._tumbled_ns <= self._window_ns:
             reason = f"tilted by more than {p.max_tilt_deg:g}°: tumbling or crashed"

@@ -6,17 +6,16 @@ from __future__ import annotations
 import math
 from collections import deque
 
-from hijack_detect.detectors.correlation_parameters import CorrelationParameters
 from hijack_detect.detectors.follow import FollowsCourse
 from hijack_detect.detectors.heading_parameters import HeadingParameters
 from hijack_detect.detectors.window import Unwrap, WindowSums
 from hijack_detect.estimation.motion import GpsMotion, Motion
 from hijack_detect.streams.samples import NANOSECONDS, FixSample, VelocitySample
 
-FOLLOW = CorrelationParameters(
-    window_s=2.0, follow_s=10.0, follow_sigma_deg=8.0, follow_offset_deg=45.0
-)
-"""The course is judged over 2 s against the 10 s before."""
+WINDOW_S, BEFORE_S = 2.0, 10.0
+"""The course is judged over the former against the latter, the time before."""
+FOLLOW_SIGMA_DEG, FOLLOW_OFFSET_DEG = 8.0, 45.0
+"""What the nose may be off the course in that time: standard deviation and mean."""
 KEPT_NS = 2 * NANOSECONDS
 """Noses older than this belong to no GPS sample that is still to come."""
 NO_VELOCITY_S = MAX_GAP_S = 2.0
@@ -32,8 +31,8 @@ class NoseCourse:
         self._min_speed = parameters.min_speed
         self._lag_ns = round(parameters.gps_lag_s * NANOSECONDS)
         self._noses: deque[tuple[int, float]] = deque()
-        self._follows = FollowsCourse(FOLLOW)
-        self._window = WindowSums(round(FOLLOW.window_s * NANOSECONDS), 1)
+        self._follows = FollowsCourse(WINDOW_S, BEFORE_S, FOLLOW_SIGMA_DEG, FOLLOW_OFFSET_DEG)
+        self._window = WindowSums(round(WINDOW_S * NANOSECONDS), 1)
         self._unwrap = Unwrap()
         self._gps = GpsMotion(NO_VELOCITY_S, MAX_GAP_S)
         self._newest_ns: int | None = None
