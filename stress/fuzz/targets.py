@@ -29,7 +29,7 @@ from hijack_detect.recording.rows import Row
 from hijack_detect.recording.schema import FILE, TABLES
 from hijack_detect.replay.truth import LABEL, label_attack, read_label
 from hijack_detect.spoofing.scenario import ScenarioError, load_scenario
-from hijack_detect.streams.imu_bytes import FROM_BYTES
+from hijack_detect.streams.cdr import FROM_BYTES
 from hijack_detect.streams.messages import BadMessage
 from stress.fuzz import small_logs
 from stress.fuzz.flight import Flown, message_seeds, monitor_seeds
