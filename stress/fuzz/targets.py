@@ -18,8 +18,8 @@ from hijack_detect.cli.parameter_files import load_parameters
 from hijack_detect.detectors.fusion import Latched
 from hijack_detect.logs.csv_map import load_map
 from hijack_detect.logs.formats import convert
+from hijack_detect.monitor.verdict_messages import verdict_from
 from hijack_detect.nodes.message_types import message_class
-from hijack_detect.nodes.messages import verdict_from
 from hijack_detect.nodes.survival import Survivor
 from hijack_detect.parameters import ParameterError
 from hijack_detect.recording.journal import JournalError
