@@ -5,15 +5,16 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from dataclasses import dataclass
 
 import numpy as np
 
 from hijack_detect.detectors.altitude_parameters import AltitudeParameters
 from hijack_detect.detectors.barometer_check import Finding
 from hijack_detect.detectors.height_error import claimed_height
-from hijack_detect.detectors.onset_bank import Evidence, OnsetBank
+from hijack_detect.detectors.onset_bank import OnsetBank
 from hijack_detect.detectors.vertical_force import Sum, VerticalForce
-from hijack_detect.estimation.kalman import update
+from hijack_detect.estimation.kalman import Innovation, update
 from hijack_detect.estimation.rotation import Array
 from hijack_detect.streams.samples import NANOSECONDS, AttitudeSample, FixSample, VelocitySample
 
@@ -43,6 +44,22 @@ CALM_MANOEUVRE = 0.5
 """m/s²: specific force is off gravity by less in calm flight."""
 FROZEN_MARGIN = 0.7
 """From this margin on nothing is learnt of the scatter."""
+ACCELERATION, VELOCITY, RATE, STEP = range(4)
+"""Offsets: an acceleration; a velocity; a height that moves without the velocity; a jump."""
+SIGNATURES = 4
+SPACING_S = 0.79
+"""Onsets are this far apart; no whole number of fixes, so that they differ."""
+YOUNGEST_S = 1.0
+"""A younger onset is not judged: two fixes are no evidence."""
+OLDEST_S = 21.0
+FLOOR_ACCELERATION = 0.15
+"""m/s²: error of scale and attitude that lasts."""
+FLOOR_VELOCITY = 0.4
+"""m/s: error of a GPS velocity that lasts."""
+FLOOR_HEIGHT = 2.0
+"""m: jump of a GPS height when the satellites in use change."""
+STATES = 4
+"""Height, velocity, accelerometer bias, GPS height error."""
 MEASURES = np.array([[1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 0.0]])
 WORDS = (
     "The GPS accelerates vertically by {size:+.2f} m/s² that the accelerometer does not feel",
@@ -50,6 +67,84 @@ WORDS = (
     "The GPS height moves at {size:+.1f} m/s without the vertical velocity",
     "The GPS height jumped by {size:+.1f} m",
 )
+
+
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """The most likely offset of one signature: standard deviations, its size and its age."""
+
+    score: float
+    size: float
+    age_s: float
+
+
+class HeightOffsets:
+    """`OnsetBank` of four constant offsets of GPS height and vertical velocity.
+
+    Each is judged alone: its size is d/C with variance 1/C. The floors are systematic errors that
+    do not average out.
+    """
+
+    def __init__(self) -> None:
+        """Start without onsets."""
+        nothing = np.zeros((STATES, SIGNATURES))
+        self._bank = OnsetBank(nothing, nothing)
+        self._t_s: float | None = None
+        self._next_s = -math.inf
+
+    def update(self, t_s: float, phi: Array, found: Innovation) -> None:
+        """Account one measurement of height and velocity.
+
+        Args:
+            t_s: Its time, seconds.
+            phi: Transition to this time, shape (4, 4).
+            found: What the filter made of it.
+        """
+        self._bank.propagate(0.0 if self._t_s is None else t_s - self._t_s, phi)
+        self._t_s, age = t_s, self._bank.age_s
+        offset = np.zeros((2, len(age), SIGNATURES))
+        offset[0, :, ACCELERATION] = 0.5 * age * age
+        offset[1, :, ACCELERATION] = age
+        offset[0, :, VELOCITY] = age
+        offset[1, :, VELOCITY] = 1.0
+        offset[0, :, RATE] = age
+        offset[0, :, STEP] = 1.0
+        self._bank.measure(found, offset)
+        if t_s >= self._next_s:
+            self._next_s = t_s + SPACING_S
+            self._bank.forget(OLDEST_S)
+            self._bank.begin()
+
+    def evidence(self, wander: float = 1.0) -> list[Evidence]:
+        """The strongest evidence for each signature, in their order.
+
+        Args:
+            wander: Jumps of the height that do not count, over FLOOR_HEIGHT.
+        """
+        age = self._bank.age_s
+        judged = age >= YOUNGEST_S
+        if not judged.any():
+            return [Evidence(0.0, 0.0, 0.0)] * SIGNATURES
+        age, d = age[judged], self._bank.d[judged]
+        c = np.maximum(np.einsum("nii->ni", self._bank.c[judged]), 1e-12)
+        height = FLOOR_HEIGHT * wander
+        slow = FLOOR_VELOCITY**2 + (height / age) ** 2
+        floors = np.stack(
+            [
+                FLOOR_ACCELERATION**2 + (FLOOR_VELOCITY / age) ** 2,
+                slow,
+                slow,
+                np.full(len(age), height**2),
+            ],
+            axis=1,
+        )
+        size = d / c
+        score = np.abs(size) / np.sqrt(1.0 / c + floors)
+        best = np.argmax(score, axis=0)
+        return [
+            Evidence(float(score[at, one]), float(size[at, one]), float(age[at]))
+            for one, at in enumerate(best)
+        ]
 
 
 class Scatter:
@@ -84,7 +179,7 @@ class VerticalChannel:
     """Kalman filter of height, velocity, accelerometer bias and GPS height error, and its bank.
 
     The accelerometer carries the state from fix to fix; each fix and velocity gives an
-    innovation, and `OnsetBank` says how likely an offset since some moment of the last 20 s is.
+    innovation, and `HeightOffsets` says how likely an offset since some moment of the last 20 s is.
     """
 
     def __init__(self, parameters: AltitudeParameters) -> None:
@@ -97,7 +192,7 @@ class VerticalChannel:
         self._wander_m = WANDER_M
         self._x: Array | None = None
         self._covariance = np.zeros((4, 4))
-        self._bank = OnsetBank()
+        self._bank = HeightOffsets()
         self._sum: Sum | None = None
         self._ready_ns = 0
         self._begun = False
@@ -123,7 +218,7 @@ class VerticalChannel:
 
     def forget(self) -> None:
         """Forget the evidence of the past, as at take-off; what is learnt of the IMU is kept."""
-        self._bank = OnsetBank()
+        self._bank = HeightOffsets()
         self._manoeuvres.clear()
         self._scatter.forget_recent()
 
@@ -147,7 +242,7 @@ class VerticalChannel:
         if fix.stamp_ns < self._ready_ns:
             self._learning((self._ready_ns - fix.stamp_ns) / NANOSECONDS)
             return None
-        finding = self._judge(now.stamp_ns / NANOSECONDS)
+        finding = self._judge()
         if finding.margin > FROZEN_MARGIN:
             self._scatter.forget_recent()
         return finding
@@ -166,7 +261,7 @@ class VerticalChannel:
         self._x = np.array([measured[0], measured[1], self._bias, 0.0])
         speed = 1.0 if with_velocity else 25.0
         self._covariance = np.diag([0.01, speed, INITIAL_BIAS**2, self._wander_m**2])
-        self._bank = OnsetBank()
+        self._bank = HeightOffsets()
         self._manoeuvres.clear()
         self._scatter.forget_recent()
         self._learning(settle_s)
@@ -202,7 +297,7 @@ class VerticalChannel:
         if with_velocity:
             self._scatter.add(stamp_ns, float(found.residual[1]), dt)
 
-    def _judge(self, t_s: float) -> Finding:
+    def _judge(self) -> Finding:
         p, scale = self._p, self._scatter.scale
         scale *= 1.0 + p.manoeuvre_gain * max(0.0, max(self._manoeuvres) - CALM_MANOEUVRE)
         limits = (
@@ -212,7 +307,7 @@ class VerticalChannel:
             p.limit_step,
         )
         best: tuple[float, Evidence, str] = (-1.0, Evidence(0.0, 0.0, 0.0), "")
-        evidence = self._bank.evidence(t_s, self._wander_m / WANDER_M)
+        evidence = self._bank.evidence(self._wander_m / WANDER_M)
         for limit, one, words in zip(limits, evidence, WORDS, strict=True):
             if one.score / limit > best[0]:
                 best = (one.score / limit, one, words)
