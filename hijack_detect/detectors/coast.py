@@ -23,7 +23,7 @@ from hijack_detect.estimation.drag_noise import DragNoise
 from hijack_detect.estimation.ekf import Ekf, ProcessNoise
 from hijack_detect.estimation.gps_lag import LATE, late, late_words
 from hijack_detect.estimation.lag_ekf import ModelErrors, Propagated
-from hijack_detect.estimation.noise_scale import NoiseScale
+from hijack_detect.estimation.learning import NoiseScale
 from hijack_detect.estimation.rotation import Array
 from hijack_detect.estimation.velocity_error import VelocityNoise
 from hijack_detect.streams.samples import (

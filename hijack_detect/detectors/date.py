@@ -17,8 +17,8 @@ from hijack_detect.detectors.window import FULL, WindowSums
 from hijack_detect.estimation.ekf import GRAVITY
 from hijack_detect.estimation.gps_lag import LATE, late, late_words
 from hijack_detect.estimation.growing_lag import GrowingLag
+from hijack_detect.estimation.learning import NoiseScale
 from hijack_detect.estimation.motion import GpsMotion, Motion
-from hijack_detect.estimation.noise_scale import NoiseScale
 from hijack_detect.estimation.rotation import Array
 from hijack_detect.streams.samples import (
     NANOSECONDS,

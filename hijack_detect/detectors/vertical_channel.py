@@ -15,6 +15,7 @@ from hijack_detect.detectors.height_error import claimed_height
 from hijack_detect.detectors.onset_bank import OnsetBank
 from hijack_detect.detectors.vertical_force import Sum, VerticalForce
 from hijack_detect.estimation.kalman import Innovation, update
+from hijack_detect.estimation.learning import Scatter
 from hijack_detect.estimation.rotation import Array
 from hijack_detect.streams.samples import NANOSECONDS, AttitudeSample, FixSample, VelocitySample
 
@@ -30,7 +31,7 @@ WORST_WANDER_M = 8.0
 """The most that a receiver may claim, m: a jump of 10 m is still seen."""
 INITIAL_BIAS = 0.3
 """m/s², standard deviation."""
-HISTORY_NS = 20 * NANOSECONDS
+HISTORY_S = 20.0
 """Scatter is learnt from innovations older than this, so never from those under test."""
 GROW_S, SHRINK_S = 40.0, 200.0
 """The scatter grows faster than it shrinks: a calm minute on the ground says little of flight."""
@@ -147,34 +148,6 @@ class HeightOffsets:
         ]
 
 
-class Scatter:
-    """Standard deviation of old innovations, m/s: how good IMU and GPS of this vehicle are."""
-
-    def __init__(self, calm: float) -> None:
-        """Start with the worst scatter that is told apart."""
-        self._calm = calm
-        self._variance = (MAX_SCALE * calm) ** 2
-        self._waiting: deque[tuple[int, float, float]] = deque()
-
-    def add(self, stamp_ns: int, innovation: float, dt_s: float) -> None:
-        """Take an innovation of a moment when nothing was suspicious."""
-        self._waiting.append((stamp_ns, innovation, dt_s))
-        while self._waiting[0][0] < stamp_ns - HISTORY_NS:
-            _, old, dt = self._waiting.popleft()
-            old = min(abs(old), 2.0 * MAX_SCALE * self._calm)
-            more = old * old - self._variance
-            self._variance += min(1.0, dt / (GROW_S if more > 0.0 else SHRINK_S)) * more
-
-    def forget_recent(self) -> None:
-        """Drop the innovations that are still under test."""
-        self._waiting.clear()
-
-    @property
-    def scale(self) -> float:
-        """Scatter over the calm one, from 1 to MAX_SCALE."""
-        return min(MAX_SCALE, max(1.0, math.sqrt(self._variance) / self._calm))
-
-
 class VerticalChannel:
     """Kalman filter of height, velocity, accelerometer bias and GPS height error, and its bank.
 
@@ -187,7 +160,13 @@ class VerticalChannel:
         self._p = parameters
         self._force = VerticalForce(parameters.max_tilt_deg, 4.0)
         self._lag_ns = round(parameters.gps_lag_s * NANOSECONDS)
-        self._scatter = Scatter(parameters.calm_innovation)
+        self._scatter = Scatter(
+            parameters.calm_innovation,
+            MAX_SCALE,
+            delay_s=HISTORY_S,
+            rise_s=GROW_S,
+            fall_s=SHRINK_S,
+        )
         self._bias = 0.0
         self._wander_m = WANDER_M
         self._x: Array | None = None
@@ -220,7 +199,7 @@ class VerticalChannel:
         """Forget the evidence of the past, as at take-off; what is learnt of the IMU is kept."""
         self._bank = HeightOffsets()
         self._manoeuvres.clear()
-        self._scatter.forget_recent()
+        self._scatter.hold()
 
     def fix(self, fix: FixSample, velocity: VelocitySample | None) -> Finding | None:
         """Judge a fix with the velocity of the same time; None where it cannot be judged."""
@@ -244,7 +223,7 @@ class VerticalChannel:
             return None
         finding = self._judge()
         if finding.margin > FROZEN_MARGIN:
-            self._scatter.forget_recent()
+            self._scatter.hold()
         return finding
 
     def _joined(self, before: Sum, now: Sum) -> bool:
@@ -263,7 +242,7 @@ class VerticalChannel:
         self._covariance = np.diag([0.01, speed, INITIAL_BIAS**2, self._wander_m**2])
         self._bank = HeightOffsets()
         self._manoeuvres.clear()
-        self._scatter.forget_recent()
+        self._scatter.hold()
         self._learning(settle_s)
 
     def _step(self, a: Sum, b: Sum, measured: Array, stamp_ns: int, with_velocity: bool) -> None:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hijack_detect.estimation.kalman import Innovation
-from hijack_detect.estimation.noise_scale import NoiseScale
+from hijack_detect.estimation.learning import NoiseScale
 from hijack_detect.estimation.rotation import Array
 from hijack_detect.streams.samples import NANOSECONDS
 
