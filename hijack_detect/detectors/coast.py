@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Mapping
 
 import numpy as np
@@ -14,7 +13,7 @@ from hijack_detect.detectors.coast_parameters import CoastParameters
 from hijack_detect.detectors.coast_score import Sustained, sustained
 from hijack_detect.detectors.flight_gate import FlightGate
 from hijack_detect.detectors.input_watch import InputWatch
-from hijack_detect.detectors.persistence import Persistence
+from hijack_detect.detectors.persistence import Excursion, Persistence
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.estimation.air_ekf import SIZE, WIND, AirEkf
 from hijack_detect.estimation.attitude_filter import AttitudeFilter
@@ -41,9 +40,7 @@ YOUNGEST_S = 0.7
 yet came to 0.99 of the limit (0.92 with 0.7 and 0.9)."""
 SPACING_S = 0.35
 """An onset begins with the first fix after this."""
-LONGEST_SAMPLE_NS = NANOSECONDS // 10
-"""A sample after a gap stands for no longer than this."""
-LEAST_WAIT_NS = 2 * NANOSECONDS
+LEAST_WAIT_S = 2.0
 """After a single excursion: the lag of the GPS, and the youngest onset."""
 LAG_JITTER_S = 0.05
 """Velocity noise grows with acceleration times this, s: what is left of it beside a coloured error
@@ -120,9 +117,8 @@ class CoastDetector:
         self._gps_ns = 0
         self._returned_ns: int | None = None
         """End of the last gap in the GPS."""
-        self._imu_ns = 0
-        self._excursions: deque[tuple[int, int]] = deque()
-        """Stamp and length (ns) of the samples beyond max_force or max_rate."""
+        self._excursion = Excursion(p.recover_s, LEAST_WAIT_S, p.recover_gain)
+        """Of force or rate, beyond max_force or max_rate."""
 
     def update(
         self,
@@ -136,7 +132,9 @@ class CoastDetector:
         self._estimator.update(name, sample)
         if isinstance(sample, ImuSample):
             self._watch.see("imu", sample.stamp_ns)
-            self._note_excursion(sample)
+            force, rate = math.hypot(*sample.specific_force), math.hypot(*sample.angular_velocity)
+            p = self._parameters
+            self._excursion.see(sample.stamp_ns, force > p.max_force or rate > p.max_rate)
             return self._verdict(sample.stamp_ns) if self._watch.due(sample.stamp_ns) else None
         self._follow(sample.stamp_ns)
         if isinstance(sample, VelocitySample) or (isinstance(sample, FixSample) and sample.has_fix):
@@ -154,27 +152,6 @@ class CoastDetector:
             self._begin_bank()
             self._returned_ns = stamp_ns
         self._gps_ns = stamp_ns
-
-    def _note_excursion(self, sample: ImuSample) -> None:
-        p, stamp = self._parameters, sample.stamp_ns
-        last_ns, self._imu_ns = self._imu_ns, stamp
-        if (
-            math.hypot(*sample.specific_force) > p.max_force
-            or math.hypot(*sample.angular_velocity) > p.max_rate
-        ):
-            self._excursions.append((stamp, min(stamp - last_ns, LONGEST_SAMPLE_NS)))
-        while self._excursions and stamp - self._excursions[0][0] > p.recover_s * NANOSECONDS:
-            self._excursions.popleft()
-
-    def _recovering(self, stamp_ns: int) -> bool:
-        """Whether an excursion of the IMU still weighs on the filter."""
-        if not self._excursions:
-            return False
-        p = self._parameters
-        beyond_ns = sum(length for _, length in self._excursions)
-        wait_ns = LEAST_WAIT_NS + p.recover_gain * beyond_ns
-        since_ns = stamp_ns - self._excursions[-1][0]
-        return since_ns <= min(wait_ns, p.recover_s * NANOSECONDS)
 
     def _follow(self, stamp_ns: int) -> None:
         """Account what the filter has done; begin afresh with another filter."""
@@ -236,7 +213,7 @@ class CoastDetector:
         if self._estimator.regaining:
             reason = "attitude after a gap of the IMU: not known well enough yet"
             return self._silent(stamp_ns, State.NOT_READY, reason)
-        if self._recovering(stamp_ns):
+        if self._excursion.lasts(stamp_ns):
             reason = f"specific force or rate beyond {p.max_force:g} m/s², {p.max_rate:g} rad/s"
             return self._silent(stamp_ns, State.NOT_OBSERVABLE, reason)
         still, free = self._bank.offsets(), self._bank.offsets(changed=True)

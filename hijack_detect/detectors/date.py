@@ -11,7 +11,7 @@ from hijack_detect.detectors.attitude_window import AttitudeMeans
 from hijack_detect.detectors.date_parameters import DateParameters
 from hijack_detect.detectors.flight_gate import FlightGate
 from hijack_detect.detectors.input_watch import InputWatch
-from hijack_detect.detectors.persistence import Persistence
+from hijack_detect.detectors.persistence import Excursion, Persistence
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.detectors.window import FULL, WindowSums
 from hijack_detect.estimation.ekf import GRAVITY
@@ -19,7 +19,7 @@ from hijack_detect.estimation.gps_lag import LATE, late, late_words
 from hijack_detect.estimation.growing_lag import GrowingLag
 from hijack_detect.estimation.learning import NoiseScale
 from hijack_detect.estimation.motion import GpsMotion, Motion
-from hijack_detect.estimation.rotation import Array
+from hijack_detect.estimation.rotation import Array, up_component
 from hijack_detect.streams.samples import (
     NANOSECONDS,
     AttitudeSample,
@@ -82,8 +82,8 @@ class DateDetector:
         self._gps = GpsMotion(p.max_gap_s)
         self._motion: Motion | None = None
         self._lowest_up = math.cos(math.radians(p.max_tilt_deg))
-        self._tumbled_ns: int | None = None
-        self._violent_ns: int | None = None
+        self._tumbling = Excursion(p.window_s, p.window_s)
+        self._violent = Excursion(p.recover_s, p.recover_s)
         self._noises = tuple(
             NoiseScale(
                 0.01,
@@ -111,10 +111,10 @@ class DateDetector:
         if isinstance(sample, AttitudeSample):
             self._watch.see("attitude", sample.stamp_ns)
             self._attitudes.add(sample)
-            if math.hypot(*sample.specific_force) > self._parameters.max_force:
-                self._violent_ns = sample.stamp_ns
-            if sample.orientation is not None and up_component(sample) < self._lowest_up:
-                self._tumbled_ns = sample.stamp_ns
+            q, stamp = sample.orientation, sample.stamp_ns
+            force = math.hypot(*sample.specific_force)
+            self._violent.see(stamp, force > self._parameters.max_force)
+            self._tumbling.see(stamp, q is not None and up_component(q) < self._lowest_up)
             return self._verdict(sample.stamp_ns) if self._watch.due(sample.stamp_ns) else None
         if isinstance(sample, VelocitySample):
             return self._evaluate(self._gps.velocity(sample))
@@ -182,11 +182,10 @@ class DateDetector:
         p = self._parameters
         if not len(self._window) or self._covered_ns < FULL * self._window_ns:
             return State.NOT_READY, f"less than {p.window_s:g} s of attitude and GPS velocity"
-        if self._tumbled_ns is not None and stamp_ns - self._tumbled_ns <= self._window_ns:
+        if self._tumbling.lasts(stamp_ns):
             reason = f"tilted by more than {p.max_tilt_deg:g}°: tumbling or crashed"
             return State.NOT_OBSERVABLE, reason
-        since = self._violent_ns
-        if since is not None and stamp_ns - since <= p.recover_s * NANOSECONDS:
+        if self._violent.lasts(stamp_ns):
             reason = f"specific force above {p.max_force:g} m/s² less than {p.recover_s:g} s ago"
             return State.NOT_OBSERVABLE, reason
         return self._gate.blocked(stamp_ns)
@@ -249,10 +248,3 @@ class DateDetector:
             else:
                 noise.add(stamp_ns, usual**2)
         return settling
-
-
-def up_component(sample: AttitudeSample) -> float:
-    """Cosine of the tilt: the Up component of the body's z axis."""
-    assert sample.orientation is not None
-    x, y, _, _ = sample.orientation
-    return 1.0 - 2.0 * (x * x + y * y)
