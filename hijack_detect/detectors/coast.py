@@ -18,10 +18,9 @@ from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.estimation.air_ekf import SIZE, WIND, AirEkf
 from hijack_detect.estimation.attitude_filter import AttitudeFilter
 from hijack_detect.estimation.attitude_parameters import AttitudeParameters
-from hijack_detect.estimation.drag_noise import DragNoise
 from hijack_detect.estimation.ekf import Ekf, ProcessNoise
 from hijack_detect.estimation.gps_lag import LATE, late, late_words
-from hijack_detect.estimation.lag_ekf import ModelErrors, Propagated
+from hijack_detect.estimation.lag_ekf import Propagated
 from hijack_detect.estimation.learning import NoiseScale
 from hijack_detect.estimation.rotation import Array
 from hijack_detect.estimation.velocity_error import VelocityNoise
@@ -42,13 +41,10 @@ SPACING_S = 0.35
 """An onset begins with the first fix after this."""
 LEAST_WAIT_S = 2.0
 """After a single excursion: the lag of the GPS, and the youngest onset."""
-LAG_JITTER_S = 0.05
-"""Velocity noise grows with acceleration times this, s: what is left of it beside a coloured error
-(5 to 10 ms rms of jitter between fixes and IMU on recorded flights, late fixes of 20 ms)."""
-RATE_SCALE = 0.01
-"""Gyroscope noise density grows with angular velocity times this, 1/√Hz: between none, of most
-recorded IMUs, and 0.02, of those that are sampled at 25 Hz."""
 LOWEST_SCALE, HIGHEST_SCALE = 0.3, 3.0
+NOISE_MEMORY_S, NOISE_PRIOR_S, NOISE_CLIP = 90.0, 5.0, 3.5
+"""Of the noise scale: chosen, and not swept. Onsets of 8 s are forgotten within ten times as long,
+the prior within the first of them, and 3.5 standard deviations are one value in two thousand."""
 RISE_PER_S = 0.02
 """Largest relative rise of the scale once it is known. On a healthy recorded flight it rose by
 0.016 a second for 20 s when the vehicle began to manoeuvre; held to 0.005 that flight was an alarm.
@@ -57,6 +53,8 @@ follows is lost in it (docs/detection-limits.md)."""
 USUAL_POWER = 3.0
 """Of the mean of past scores that is the usual one. At the same largest clean margin (0.85) 3 found
 40 of 50 drifts of 1 m/s² on healthy recorded flights, 2 and 4 found 39."""
+USUAL_MEMORY_S, USUAL_PRIOR_S, USUAL_CLIP = 120.0, 2.0, 2.0
+"""Of the usual score: chosen, and not swept."""
 LOWEST_USUAL, HIGHEST_USUAL = 0.3, 3.0
 """Bounds of the usual score, wider than what the limit follows."""
 VISIBLE_GAIN = 1.2
@@ -94,18 +92,18 @@ class CoastDetector:
             LOWEST_SCALE,
             HIGHEST_SCALE,
             delay_s=p.longest_s,
-            memory_s=90.0,
-            prior_s=5.0,
-            clip=3.5,
+            memory_s=NOISE_MEMORY_S,
+            prior_s=NOISE_PRIOR_S,
+            clip=NOISE_CLIP,
             rise_per_s=RISE_PER_S,
         )
         self._usual = NoiseScale(
             LOWEST_USUAL,
             HIGHEST_USUAL,
             delay_s=p.longest_s,
-            memory_s=120.0,
-            prior_s=2.0,
-            clip=2.0,
+            memory_s=USUAL_MEMORY_S,
+            prior_s=USUAL_PRIOR_S,
+            clip=USUAL_CLIP,
             prior=min(p.threshold_high / p.threshold_gain, HIGHEST_USUAL),
             rise_per_s=RISE_PER_S,
             power=USUAL_POWER,
@@ -183,14 +181,8 @@ class CoastDetector:
 
     def _make_filter(self, attitude: Quaternion, sigmas: Array, noise: ProcessNoise) -> Ekf:
         p = self._parameters
-        errors = ModelErrors(
-            lag_jitter_s=LAG_JITTER_S,
-            rate_scale=RATE_SCALE,
-            max_force=p.max_force,
-            max_rate=p.max_rate,
-        )
         receiver = VelocityNoise(sigma=p.velocity_error)
-        return AirEkf(attitude, sigmas, noise, errors, DragNoise(), receiver)
+        return AirEkf(attitude, sigmas, noise, p.errors, p.air, receiver)
 
     def _begin_bank(self) -> None:
         p = self._parameters

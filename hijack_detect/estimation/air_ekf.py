@@ -64,7 +64,7 @@ class AirEkf(LagEkf):
         self._walk = np.square(air.walks)
         self._force = ForceNoise(air)
         self.wind: Array = np.zeros(2)
-        self.drag: Array = np.array([air.drag[0], air.quadratic[0]])
+        self.drag: Array = np.array([air.drag[0], 0.0])
         self.tilt: Array = np.zeros(2)
         self._impulse: Array = np.zeros(2)
         self._seconds = 0.0

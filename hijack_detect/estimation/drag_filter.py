@@ -16,7 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from hijack_detect.estimation.drag_model import SMALLEST_DRAG, drag_force
-from hijack_detect.estimation.drag_noise import HUBER, DragNoise, ForceNoise
+from hijack_detect.estimation.drag_noise import FORCE, HUBER, DragNoise, ForceNoise
+from hijack_detect.estimation.drag_noise import WIND as FIRST_WIND
 from hijack_detect.estimation.kalman import update
 from hijack_detect.estimation.rotation import Array
 
@@ -87,7 +88,7 @@ class DragFilter:
     def __init__(self, noise: DragNoise) -> None:
         """Start with what is known of any multirotor."""
         self._noise = n = noise
-        self.state: Array = np.array([0.0, 0.0, n.drag[0], n.quadratic[0], 0.0, 0.0])
+        self.state: Array = np.array([0.0, 0.0, n.drag[0], 0.0, 0.0, 0.0])
         self.covariance: Array = np.diag(np.square(n.sigmas))
         self._force = ForceNoise(n)
         self._walk = np.diag(np.square(n.walks))
@@ -120,7 +121,7 @@ class DragFilter:
         self.state[WIND] = 0.0
         self.covariance = self.covariance.copy()
         self.covariance[WIND] = self.covariance[:, WIND] = 0.0
-        self.covariance[0, 0] = self.covariance[1, 1] = self._noise.wind**2
+        self.covariance[0, 0] = self.covariance[1, 1] = FIRST_WIND**2
 
     def wait(self, seconds: float) -> None:
         """Let time pass."""
@@ -164,7 +165,7 @@ class DragFilter:
             now[DRAG] = max(float(now[DRAG]), SMALLEST_DRAG)
             residual, h6 = _linearized(now, turn, velocity, force)
             h = np.concatenate([h6, h6[:, :, WIND]], axis=2)
-            scale = max(self.residual, self._noise.force)
+            scale = max(self.residual, FORCE)
             sizes = np.sqrt(0.5 * np.sum(residual**2, axis=1)) / scale
             weight = np.minimum(1.0, HUBER / np.maximum(sizes, 1e-9)) / r
             information = known + np.einsum("n,nij,nik->jk", weight, h, h)

@@ -50,10 +50,7 @@ class ModelErrors:
     Attributes:
         lag_sigma_s: Lags differ between receivers by this, and that of position from that of
             velocity, standard deviation, s.
-        lag_walk: Random walk of the lag up to MOST_LAG_SIGMA_S, s/√s. Of a receiver in order it
-            is 0.001; with 0.05 the filter follows one whose latency grows by 1.2 s within 10 s.
-            With 0.03 a turn in such a time alarms (54 flights with growing latency), with 0.1
-            wrong lags take up accelerations (recorded flights).
+        lag_walk: Random walk of the lag up to MOST_LAG_SIGMA_S, s/√s.
         lag_difference_walk: The same for the difference of the two.
         lag_jitter_s: Velocity noise grows with acceleration times this, s.
         position_jitter_s: Position noise grows with speed times this, s.
@@ -64,16 +61,16 @@ class ModelErrors:
         max_rate: The same for the angular velocity, rad/s.
     """
 
-    lag_sigma_s: float = 0.07
-    lag_walk: float = 0.05
-    lag_difference_walk: float = 0.001
-    lag_jitter_s: float = 0.1
-    position_jitter_s: float = 0.05
-    force_scale: float = 0.03
-    rate_scale: float = 0.02
-    max_lag_s: float = 0.4
-    max_force: float = math.inf
-    max_rate: float = math.inf
+    lag_sigma_s: float
+    lag_walk: float
+    lag_difference_walk: float
+    lag_jitter_s: float
+    position_jitter_s: float
+    force_scale: float
+    rate_scale: float
+    max_lag_s: float
+    max_force: float
+    max_rate: float
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,14 +12,14 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 import pytest
-from filter_start import LEVEL, NOISE, SIGMAS
+from filter_start import ERRORS, LEVEL, NOISE, SIGMAS
 from scipy.linalg import block_diag
 from scipy.stats import chi2
 
 from hijack_detect.detectors.coast_bank import Change, CoastBank, Offsets
 from hijack_detect.estimation.ekf import GRAVITY, POSITION, VELOCITY, ImuBlock, Observation, Source
 from hijack_detect.estimation.kalman import Innovation
-from hijack_detect.estimation.lag_ekf import SIZE, LagEkf, Measured, ModelErrors, Propagated
+from hijack_detect.estimation.lag_ekf import SIZE, LagEkf, Measured, Propagated
 
 Array = npt.NDArray[np.float64]
 Step = Propagated | Measured
@@ -162,7 +162,7 @@ def test_by_chance_it_finds_what_its_deviation_says() -> None:
 
 def flown(acceleration: Array, onset_s: float, seconds: float) -> list[Step]:
     """Steps of a real filter in a noiseless flight in circles, deceived from an onset on."""
-    ekf = LagEkf(LEVEL, SIGMAS, NOISE, ModelErrors())
+    ekf = LagEkf(LEVEL, SIGMAS, NOISE, ERRORS)
     radius, rate = 15.0, 0.4
     ekf.velocity = np.array([0.0, radius * rate, 0.0])
     compass = np.zeros((1, SIZE))

@@ -9,11 +9,12 @@ import math
 import numpy as np
 import numpy.typing as npt
 import pytest
-from filter_start import LEVEL, NOISE, SIGMAS, hover
+from filter_start import AIR, ERRORS, LEVEL, NOISE, SIGMAS, hover
 
 from hijack_detect.estimation.air_ekf import DRAG, SIZE, TILT, WIND, AirEkf
 from hijack_detect.estimation.drag_model import SMALLEST_DRAG
-from hijack_detect.estimation.drag_noise import DragNoise
+from hijack_detect.estimation.drag_noise import FIRST_RESIDUAL
+from hijack_detect.estimation.drag_noise import WIND as FIRST_WIND
 from hijack_detect.estimation.ekf import (
     ACCEL_BIAS,
     ATTITUDE,
@@ -24,7 +25,7 @@ from hijack_detect.estimation.ekf import (
     Source,
 )
 from hijack_detect.estimation.kalman import Innovation
-from hijack_detect.estimation.lag_ekf import LagEkf, Measured, ModelErrors
+from hijack_detect.estimation.lag_ekf import LagEkf, Measured
 from hijack_detect.estimation.rotation import exponential, matrix, multiply
 from hijack_detect.estimation.velocity_error import VelocityNoise
 
@@ -40,7 +41,7 @@ RECEIVER = VelocityNoise()
 def make(*, heading_sigma: float = 0.2, receiver: VelocityNoise = RECEIVER) -> AirEkf:
     sigmas = SIGMAS.copy()
     sigmas[8] = heading_sigma
-    ekf = AirEkf(LEVEL, sigmas, NOISE, ModelErrors(), DragNoise(), receiver)
+    ekf = AirEkf(LEVEL, sigmas, NOISE, ERRORS, AIR, receiver)
     ekf.velocity = velocity(0.0)
     return ekf
 
@@ -101,10 +102,10 @@ def test_wind_and_drag_are_learnt_and_the_deviations_are_right() -> None:
     np.testing.assert_allclose(ekf.wind, WALKED, atol=0.8)
     speed = 8.0
     assert ekf.drag @ [1.0, speed] == pytest.approx(K + Q * speed, rel=0.1)
-    assert ekf.residual < DragNoise().first_residual
+    assert ekf.residual < FIRST_RESIDUAL
     deviation = np.sqrt(np.diag(ekf.covariance))
     assert np.all(np.abs(ekf.wind - WALKED) < 4.0 * deviation[WIND])
-    assert np.all(deviation[WIND] < 0.25 * DragNoise().wind)
+    assert np.all(deviation[WIND] < 0.25 * FIRST_WIND)
     assert np.all(np.abs(ekf.tilt) < 4.0 * deviation[TILT])
 
 
@@ -186,7 +187,7 @@ def test_a_force_that_no_drag_explains_is_trusted_less() -> None:
     """A fixed wing: sideslip and thrust along x and y. The filter is nearly that without air."""
     rng = np.random.default_rng(6)
     white = VelocityNoise(sigma=0.0, worst=1.0)
-    feeling, plain = make(receiver=white), LagEkf(LEVEL, SIGMAS, NOISE, ModelErrors())
+    feeling, plain = make(receiver=white), LagEkf(LEVEL, SIGMAS, NOISE, ERRORS)
     plain.velocity = feeling.velocity
     for _ in range(300):
         force = np.tile([0.0, 0.0, GRAVITY], (10, 1)) + 2.0 * np.append(rng.normal(size=2), 0.0)

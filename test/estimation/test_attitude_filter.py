@@ -5,12 +5,13 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from filter_start import ERRORS
 from scipy.spatial.transform import Rotation
 
 from hijack_detect.estimation.attitude_filter import LONGEST_BRIDGE_S, AttitudeFilter
 from hijack_detect.estimation.attitude_parameters import AttitudeParameters
 from hijack_detect.estimation.ekf import ATTITUDE, ProcessNoise
-from hijack_detect.estimation.lag_ekf import LagEkf, Measured, ModelErrors
+from hijack_detect.estimation.lag_ekf import LagEkf, Measured
 from hijack_detect.estimation.rotation import Array
 from hijack_detect.simulation.flight import Flight
 from hijack_detect.streams.samples import NANOSECONDS, Quaternion, Sample
@@ -104,7 +105,7 @@ def test_the_record_says_when_horizontal_rows_are_no_measurement(
     curved = flight("curved", 1)
 
     def make(attitude: Quaternion, sigmas: Array, noise: ProcessNoise) -> LagEkf:
-        return LagEkf(attitude, sigmas, noise, ModelErrors())
+        return LagEkf(attitude, sigmas, noise, ERRORS)
 
     estimator = AttitudeFilter(AttitudeParameters(use_mag=False), make)
     found = []
