@@ -43,7 +43,7 @@ from hijack_detect.nodes.message_types import message_class
 from hijack_detect.nodes.qos import INTERNAL, STATE
 from hijack_detect.spoofing.scenario import parse_scenario
 from hijack_detect.spoofing.spoofer import Spoofer
-from hijack_detect.streams.samples import NANOSECONDS, FixSample, VelocitySample
+from hijack_detect.streams.samples import NANOSECONDS
 
 HERE = Path(__file__).parent
 INPUTS = ("imu", "velocity", "fix")
@@ -91,11 +91,7 @@ def flight(folder: Path, seconds: float, imu_hz: int) -> list[Sent]:
     start_ns = samples[0][1].stamp_ns
     messages = []
     for name, true in samples:
-        one = true
-        if isinstance(true, FixSample):
-            one = spoofer.fix(true)
-        elif isinstance(true, VelocitySample):
-            one = spoofer.velocity(true)
+        one = spoofer.report(true)
         at_s = (one.stamp_ns - start_ns) / NANOSECONDS
         messages.append(Sent(at_s, name, one.stamp_ns, encode_sample(one)[1]))
     return messages

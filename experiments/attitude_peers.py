@@ -28,7 +28,7 @@ from hijack_detect.bags.reader import BagReader
 from hijack_detect.bags.samples import Rejected, read_samples
 from hijack_detect.estimation.attitude import AttitudeEstimator
 from hijack_detect.estimation.attitude_parameters import AttitudeParameters
-from hijack_detect.estimation.ekf import Ekf, ImuBlock, ProcessNoise
+from hijack_detect.estimation.ekf import Ekf, ImuBlock, ProcessNoise, Source
 from hijack_detect.estimation.rotation import Array, roll_pitch_yaw
 from hijack_detect.replay.truth import read_label
 from hijack_detect.streams.samples import NANOSECONDS, ImuSample, MagneticSample
@@ -139,7 +139,7 @@ def ekf_cost() -> dict[str, float]:
 
     def own_step() -> None:
         own.propagate(block)
-        own.update(*own.gps(slice(0, 3), np.zeros(3), np.ones(3)))
+        own.update(own.gps(Source.POSITION, np.zeros(3), np.ones(3)))
 
     def peer_step() -> None:
         peer.F = own.transition

@@ -11,8 +11,7 @@ from hijack_detect.bags.samples import read_samples
 from hijack_detect.logs.formats import as_bag
 from hijack_detect.logs.logged import Wanted
 from hijack_detect.spoofing.scenario import Scenario, parse_scenario
-from hijack_detect.spoofing.spoofer import Spoofer
-from hijack_detect.streams.samples import FixSample, Sample, VelocitySample
+from hijack_detect.streams.samples import Sample
 
 ORDER = ("pressure", "imu", "velocity", "mag", "fix")
 Samples = Sequence[tuple[str, Sample]]
@@ -35,13 +34,6 @@ def samples_of(path: Path, order: Sequence[str] = ORDER) -> tuple[int, Samples]:
         samples = [one for one in read_samples(reader, reader.inputs("auto")) if one[0] in order]
         start_ns = reader.start_ns
     return start_ns, sorted(samples, key=lambda one: (one[1].stamp_ns, order.index(one[0])))
-
-
-def reported(spoofer: Spoofer, sample: Sample) -> Sample:
-    """What a spoofer makes of a sample of any input."""
-    if isinstance(sample, FixSample):
-        return spoofer.fix(sample)
-    return spoofer.velocity(sample) if isinstance(sample, VelocitySample) else sample
 
 
 def drift(acceleration: float, speed: float, bearing_deg: float, onset_s: float) -> Scenario:

@@ -23,7 +23,7 @@ from pathlib import Path
 import click
 import numpy as np
 
-from experiments.carried_off import Samples, drift, reported, samples_of
+from experiments.carried_off import Samples, drift, samples_of
 from hijack_detect.detectors.verdict import JUDGED, State
 from hijack_detect.estimation.flight_phase import FlightPhaseEstimator, FlightPhaseParameters
 from hijack_detect.evaluation.scores.evaluation_tables import TextTable
@@ -98,7 +98,7 @@ def listen(samples: Samples, monitor: Monitor, spoofer: Spoofer | None = None) -
     """What the detectors say of samples, as the spoofer reports them."""
     heard = {name: Seen() for name in DETECTORS}
     for source, some in runs_of(samples):
-        given = some if spoofer is None else [reported(spoofer, one) for one in some]
+        given = some if spoofer is None else [spoofer.report(one) for one in some]
         for part, said in monitor.push(source, given):
             if part not in heard:
                 continue
@@ -142,7 +142,7 @@ def flown(samples: Samples, start_ns: int, name: str) -> tuple[dict[str, Seen], 
         onset_s = (onset_ns - start_ns) / 1e9
         spoofer = Spoofer(drift(1.0, 4.0, bearing, onset_s), start_ns)
         for _, sample in samples[max(0, until - 300) : until]:
-            reported(spoofer, sample)
+            spoofer.report(sample)
         watched = [one for one in samples[until:] if one[1].stamp_ns < onset_ns + 1e9 * WATCHED_S]
         for detector, seen in listen(watched, copy.deepcopy(monitor), spoofer).items():
             found[detector] += seen.alarm_ns is not None and seen.alarm_ns >= onset_ns

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from experiments.carried_off import drift, reported
+from experiments.carried_off import drift
 from hijack_detect.spoofing.plane import TangentPlane, moved
 from hijack_detect.spoofing.spoofer import Spoofer
 from hijack_detect.streams.samples import (
@@ -179,4 +179,4 @@ class Carried:
         return self._claims(changed)
 
     def _drifted(self, sample: Sample) -> Sample:
-        return sample if self._spoofer is None else reported(self._spoofer, sample)
+        return sample if self._spoofer is None else self._spoofer.report(sample)

@@ -29,7 +29,7 @@ import click
 import matplotlib.pyplot as plt
 import numpy as np
 
-from experiments.carried_off import Samples, drift, reported, samples_of
+from experiments.carried_off import Samples, drift, samples_of
 from experiments.vehicles import vehicle_of
 from hijack_detect.detectors.coast import VISIBLE_GAIN, CoastDetector
 from hijack_detect.detectors.coast_parameters import CoastParameters
@@ -107,11 +107,11 @@ def seen(samples: Samples, start_ns: int, onset: Onset, acceleration: float) -> 
     chain = copy.deepcopy(onset.chain)
 
     for sample in sorted(onset.before.values(), key=lambda one: one.stamp_ns):
-        reported(spoofer, sample)
+        spoofer.report(sample)
     for name, sample in samples[onset.index :]:
         if sample.stamp_ns - onset.stamp_ns > 1e9 * reach_s:
             return False
-        said = chain.push(name, reported(spoofer, sample))
+        said = chain.push(name, spoofer.report(sample))
         if said is not None and said.state is State.ALARM:
             return True
     return None

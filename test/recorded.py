@@ -11,11 +11,11 @@ from typing import Any
 from hijack_detect.bags.encoding import encode_bool, encode_count, encode_sample
 from hijack_detect.bags.reader import typestore
 from hijack_detect.bags.topics import OWN_TOPICS, TYPES
-from hijack_detect.detectors.verdict import State, Verdict
+from hijack_detect.detectors.verdict import Verdict
+from hijack_detect.monitor.verdict_messages import verdict_from
 from hijack_detect.recording.parameters import RecorderParameters
 from hijack_detect.recording.recorder import Recorder
 from hijack_detect.recording.source import FUSION, Source
-from hijack_detect.streams.messages import header_stamp_ns
 from hijack_detect.streams.samples import FixSample, ImuSample, VelocitySample
 
 SECOND = 1_000_000_000
@@ -29,18 +29,7 @@ def decoder(msgtype: str) -> Callable[[bytes], Any]:
 
 
 def _verdict(data: bytes) -> Verdict:
-    message = decoder(ARRAY)(data)
-    values = {pair.key: pair.value for pair in message.status[0].values}
-    state, score = State(values.pop("state")), float(values.pop("score"))
-    return Verdict(
-        message.status[0].name,
-        header_stamp_ns(message),
-        state,
-        score,
-        float(values.pop("threshold")),
-        message.status[0].message,
-        {name: float(value) for name, value in values.items()},
-    )
+    return verdict_from(decoder(ARRAY)(data))
 
 
 SOURCES = {
@@ -104,6 +93,7 @@ def fusion(stamp_ns: int, *, alert: bool, state: str | None = None) -> bytes:
         "alert_since_ns": str(stamp_ns) if alert else "",
         "confidence": "0.75",
         "lost": "",
+        "degraded": "",
         "causes": "date" if alert else "",
     }
     return array(stamp_ns, FUSION, "date alarm" if alert else "calm", values)

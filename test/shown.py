@@ -3,10 +3,10 @@
 
 from __future__ import annotations
 
-from hijack_detect.detectors.fused import Fused
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.live.picture import Picture
 from hijack_detect.monitor.graph import DETECTORS
+from hijack_detect.monitor.verdict_messages import FusionStatus
 from hijack_detect.streams.samples import FixSample
 
 START_NS = 1_700_000_000_000_000_000
@@ -47,6 +47,11 @@ class Flown:
                 self.picture.hear_verdict(name, given)
             since = self.stamp_ns if alert else None
             told = State.ALARM if alert else state
-            self.picture.hear_fused(Fused(self.stamp_ns, told, alert, since, degraded, reason))
+            causes = tuple(DETECTORS) if alert else ()
+            self.picture.hear_fused(
+                FusionStatus(
+                    self.stamp_ns, told, alert, since, margin, degraded, degraded, causes, reason
+                )
+            )
             self.picture.hear_alert(alert)
             self.picture.hear_confidence(0.9 if alert else 0.1)

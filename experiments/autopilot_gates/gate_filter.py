@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from experiments.autopilot_gates.epochs import Compass, Epoch
-from hijack_detect.estimation.ekf import ATTITUDE, Ekf, ImuBlock, ProcessNoise
+from hijack_detect.estimation.ekf import ATTITUDE, Ekf, ImuBlock, Observation, ProcessNoise, Source
 from hijack_detect.estimation.magnetic import heading_error
 from hijack_detect.estimation.rotation import (
     Array,
@@ -139,7 +139,8 @@ class GateFilter(ABC):
         rows = Rows()
         ratios, resets = self._judge(epoch, z, v, acceleration, rows)
         self._steer(epoch.compass, rows)
-        self.ekf.update(np.array(rows.h), np.array(rows.residual), np.array(rows.variance))
+        fused = np.array(rows.h), np.array(rows.residual), np.array(rows.variance)
+        self.ekf.update(Observation(Source.POSITION, *fused, horizontal=False))
         settled = epoch.stamp_ns - self._begun_ns >= SETTLE_S * NANOSECONDS
         return Judged(epoch.stamp_ns, ratios, resets, settled)
 

@@ -14,8 +14,8 @@ from hijack_detect.bags.errors import BagError
 from hijack_detect.bags.reader import BagReader, RawMessage
 from hijack_detect.bags.topics import TYPES, TopicMap
 from hijack_detect.streams.absence import Absence
+from hijack_detect.streams.cdr import FROM_BYTES
 from hijack_detect.streams.headerless import SATELLITES, SatelliteStamps
-from hijack_detect.streams.imu_bytes import FROM_BYTES
 from hijack_detect.streams.messages import (
     CONVERTERS,
     BadMessage,

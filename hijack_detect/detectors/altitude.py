@@ -10,6 +10,7 @@ from hijack_detect.detectors.input_watch import InputWatch
 from hijack_detect.detectors.persistence import Persistence
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.detectors.vertical_channel import VerticalChannel
+from hijack_detect.estimation.rotation import up_component
 from hijack_detect.streams.samples import (
     NANOSECONDS,
     AttitudeSample,
@@ -188,7 +189,5 @@ def upside_down(sample: AttitudeSample) -> bool:
 
     The attitude may be wrong after an attack, and a vibrating accelerometer for a sample.
     """
-    if sample.orientation is None:
-        return False
-    x, y, _, _ = sample.orientation
-    return x * x + y * y > 0.5 and sample.specific_force[2] < 0.0
+    q = sample.orientation
+    return q is not None and up_component(q) < 0.0 and sample.specific_force[2] < 0.0

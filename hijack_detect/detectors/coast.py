@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Mapping
 
 import numpy as np
@@ -14,16 +13,15 @@ from hijack_detect.detectors.coast_parameters import CoastParameters
 from hijack_detect.detectors.coast_score import Sustained, sustained
 from hijack_detect.detectors.flight_gate import FlightGate
 from hijack_detect.detectors.input_watch import InputWatch
-from hijack_detect.detectors.persistence import Persistence
+from hijack_detect.detectors.persistence import Excursion, Persistence
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.estimation.air_ekf import SIZE, WIND, AirEkf
 from hijack_detect.estimation.attitude_filter import AttitudeFilter
 from hijack_detect.estimation.attitude_parameters import AttitudeParameters
-from hijack_detect.estimation.drag_noise import DragNoise
 from hijack_detect.estimation.ekf import Ekf, ProcessNoise
 from hijack_detect.estimation.gps_lag import LATE, late, late_words
-from hijack_detect.estimation.lag_ekf import ModelErrors, Propagated
-from hijack_detect.estimation.noise_scale import NoiseScale
+from hijack_detect.estimation.lag_ekf import Propagated
+from hijack_detect.estimation.learning import NoiseScale
 from hijack_detect.estimation.rotation import Array
 from hijack_detect.estimation.velocity_error import VelocityNoise
 from hijack_detect.streams.samples import (
@@ -41,17 +39,12 @@ YOUNGEST_S = 0.7
 yet came to 0.99 of the limit (0.92 with 0.7 and 0.9)."""
 SPACING_S = 0.35
 """An onset begins with the first fix after this."""
-LONGEST_SAMPLE_NS = NANOSECONDS // 10
-"""A sample after a gap stands for no longer than this."""
-LEAST_WAIT_NS = 2 * NANOSECONDS
+LEAST_WAIT_S = 2.0
 """After a single excursion: the lag of the GPS, and the youngest onset."""
-LAG_JITTER_S = 0.05
-"""Velocity noise grows with acceleration times this, s: what is left of it beside a coloured error
-(5 to 10 ms rms of jitter between fixes and IMU on recorded flights, late fixes of 20 ms)."""
-RATE_SCALE = 0.01
-"""Gyroscope noise density grows with angular velocity times this, 1/√Hz: between none, of most
-recorded IMUs, and 0.02, of those that are sampled at 25 Hz."""
 LOWEST_SCALE, HIGHEST_SCALE = 0.3, 3.0
+NOISE_MEMORY_S, NOISE_PRIOR_S, NOISE_CLIP = 90.0, 5.0, 3.5
+"""Of the noise scale: chosen, and not swept. Onsets of 8 s are forgotten within ten times as long,
+the prior within the first of them, and 3.5 standard deviations are one value in two thousand."""
 RISE_PER_S = 0.02
 """Largest relative rise of the scale once it is known. On a healthy recorded flight it rose by
 0.016 a second for 20 s when the vehicle began to manoeuvre; held to 0.005 that flight was an alarm.
@@ -60,6 +53,8 @@ follows is lost in it (docs/detection-limits.md)."""
 USUAL_POWER = 3.0
 """Of the mean of past scores that is the usual one. At the same largest clean margin (0.85) 3 found
 40 of 50 drifts of 1 m/s² on healthy recorded flights, 2 and 4 found 39."""
+USUAL_MEMORY_S, USUAL_PRIOR_S, USUAL_CLIP = 120.0, 2.0, 2.0
+"""Of the usual score: chosen, and not swept."""
 LOWEST_USUAL, HIGHEST_USUAL = 0.3, 3.0
 """Bounds of the usual score, wider than what the limit follows."""
 VISIBLE_GAIN = 1.2
@@ -97,18 +92,18 @@ class CoastDetector:
             LOWEST_SCALE,
             HIGHEST_SCALE,
             delay_s=p.longest_s,
-            memory_s=90.0,
-            prior_s=5.0,
-            clip=3.5,
+            memory_s=NOISE_MEMORY_S,
+            prior_s=NOISE_PRIOR_S,
+            clip=NOISE_CLIP,
             rise_per_s=RISE_PER_S,
         )
         self._usual = NoiseScale(
             LOWEST_USUAL,
             HIGHEST_USUAL,
             delay_s=p.longest_s,
-            memory_s=120.0,
-            prior_s=2.0,
-            clip=2.0,
+            memory_s=USUAL_MEMORY_S,
+            prior_s=USUAL_PRIOR_S,
+            clip=USUAL_CLIP,
             prior=min(p.threshold_high / p.threshold_gain, HIGHEST_USUAL),
             rise_per_s=RISE_PER_S,
             power=USUAL_POWER,
@@ -120,9 +115,8 @@ class CoastDetector:
         self._gps_ns = 0
         self._returned_ns: int | None = None
         """End of the last gap in the GPS."""
-        self._imu_ns = 0
-        self._excursions: deque[tuple[int, int]] = deque()
-        """Stamp and length (ns) of the samples beyond max_force or max_rate."""
+        self._excursion = Excursion(p.recover_s, LEAST_WAIT_S, p.recover_gain)
+        """Of force or rate, beyond max_force or max_rate."""
 
     def update(
         self,
@@ -136,7 +130,9 @@ class CoastDetector:
         self._estimator.update(name, sample)
         if isinstance(sample, ImuSample):
             self._watch.see("imu", sample.stamp_ns)
-            self._note_excursion(sample)
+            force, rate = math.hypot(*sample.specific_force), math.hypot(*sample.angular_velocity)
+            p = self._parameters
+            self._excursion.see(sample.stamp_ns, force > p.max_force or rate > p.max_rate)
             return self._verdict(sample.stamp_ns) if self._watch.due(sample.stamp_ns) else None
         self._follow(sample.stamp_ns)
         if isinstance(sample, VelocitySample) or (isinstance(sample, FixSample) and sample.has_fix):
@@ -154,27 +150,6 @@ class CoastDetector:
             self._begin_bank()
             self._returned_ns = stamp_ns
         self._gps_ns = stamp_ns
-
-    def _note_excursion(self, sample: ImuSample) -> None:
-        p, stamp = self._parameters, sample.stamp_ns
-        last_ns, self._imu_ns = self._imu_ns, stamp
-        if (
-            math.hypot(*sample.specific_force) > p.max_force
-            or math.hypot(*sample.angular_velocity) > p.max_rate
-        ):
-            self._excursions.append((stamp, min(stamp - last_ns, LONGEST_SAMPLE_NS)))
-        while self._excursions and stamp - self._excursions[0][0] > p.recover_s * NANOSECONDS:
-            self._excursions.popleft()
-
-    def _recovering(self, stamp_ns: int) -> bool:
-        """Whether an excursion of the IMU still weighs on the filter."""
-        if not self._excursions:
-            return False
-        p = self._parameters
-        beyond_ns = sum(length for _, length in self._excursions)
-        wait_ns = LEAST_WAIT_NS + p.recover_gain * beyond_ns
-        since_ns = stamp_ns - self._excursions[-1][0]
-        return since_ns <= min(wait_ns, p.recover_s * NANOSECONDS)
 
     def _follow(self, stamp_ns: int) -> None:
         """Account what the filter has done; begin afresh with another filter."""
@@ -206,14 +181,8 @@ class CoastDetector:
 
     def _make_filter(self, attitude: Quaternion, sigmas: Array, noise: ProcessNoise) -> Ekf:
         p = self._parameters
-        errors = ModelErrors(
-            lag_jitter_s=LAG_JITTER_S,
-            rate_scale=RATE_SCALE,
-            max_force=p.max_force,
-            max_rate=p.max_rate,
-        )
         receiver = VelocityNoise(sigma=p.velocity_error)
-        return AirEkf(attitude, sigmas, noise, errors, DragNoise(), receiver)
+        return AirEkf(attitude, sigmas, noise, p.errors, p.air, receiver)
 
     def _begin_bank(self) -> None:
         p = self._parameters
@@ -236,7 +205,7 @@ class CoastDetector:
         if self._estimator.regaining:
             reason = "attitude after a gap of the IMU: not known well enough yet"
             return self._silent(stamp_ns, State.NOT_READY, reason)
-        if self._recovering(stamp_ns):
+        if self._excursion.lasts(stamp_ns):
             reason = f"specific force or rate beyond {p.max_force:g} m/s², {p.max_rate:g} rad/s"
             return self._silent(stamp_ns, State.NOT_OBSERVABLE, reason)
         still, free = self._bank.offsets(), self._bank.offsets(changed=True)

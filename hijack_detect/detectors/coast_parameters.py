@@ -6,8 +6,39 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hijack_detect.detectors.input_watch import patience
+from hijack_detect.estimation.drag_noise import DragNoise
+from hijack_detect.estimation.lag_ekf import ModelErrors
 from hijack_detect.parameters import Parameters, param
 from hijack_detect.streams.patience import sensor_patience
+
+LAG_WALK = 0.05
+"""s/√s, random walk of the GPS lag. Of a receiver in order it is 0.001; with 0.05 the filter
+follows one whose latency grows by 1.2 s within 10 s. With 0.03 a turn in such a time alarms
+(54 flights with growing latency), with 0.1 wrong lags take up accelerations (recorded flights)."""
+LAG_DIFFERENCE_WALK = 0.001
+"""s/√s, the same for that of position beside that of velocity: the walk of a receiver in order,
+since both come from one solution."""
+LAG_JITTER_S = 0.05
+"""Velocity noise grows with acceleration times this, s: what is left of it beside a coloured error
+(5 to 10 ms rms of jitter between fixes and IMU on recorded flights, late fixes of 20 ms)."""
+POSITION_JITTER_S = 0.05
+"""Position noise grows with speed times this, s. Chosen: the jitter of the same stamps."""
+FORCE_SCALE = 0.03
+"""Accelerometer noise density grows with acceleration times this, 1/√Hz. Chosen: the
+tolerance of scale of a MEMS accelerometer, ± 3 % (MPU-6000, product specification, section 6.2), as
+if it changed every second."""
+RATE_SCALE = 0.01
+"""Gyroscope noise density grows with angular velocity times this, 1/√Hz: between none, of most
+recorded IMUs, and 0.02, of those that are sampled at 25 Hz."""
+MAX_LAG_S = 0.4
+"""Bound of both lags about the nominal one. Chosen: two standard deviations where the walk ends."""
+GUST_S = 1.0
+"""How long a gust keeps the force away from the model of drag, s: `gust_s` of drag."""
+TILT = 0.2
+"""m/s², force along x and y from tilted rotors, standard deviation: 1° is 0.17."""
+WIND_WALK = 0.15
+"""m/s/√s, random walk of the wind, 1.2 m/s in a minute: `wind_walk` of drag. Gusts have parameters
+of their own."""
 
 
 @dataclass(frozen=True)
@@ -21,6 +52,14 @@ class CoastParameters(Parameters):
         unit="s",
         low=0.0,
         high=1.0,
+    )
+    lag_sigma_s: float = param(
+        0.07,
+        "Standard deviation of the lags of position and velocity about the nominal one, which the "
+        "filter learns. Of 13 recorded receivers none is further off than 0.13 s.",
+        unit="s",
+        low=0.0,
+        high=0.2,
     )
     use_mag: bool = param(
         True, "Use the magnetometer where there is one: the heading is known before the first move."
@@ -77,6 +116,27 @@ class CoastParameters(Parameters):
         unit="s",
         low=3.0,
         high=36.0,
+    )
+    drag: float = param(
+        0.25,
+        "Drag k of the vehicle before it is learnt, as `drag` of drag_detector.",
+        unit="1/s",
+        low=0.02,
+        high=2.0,
+    )
+    drag_sigma: float = param(
+        0.08,
+        "Standard deviation of `drag`. Lower it for a vehicle that was measured.",
+        unit="1/s",
+        low=0.001,
+        high=2.0,
+    )
+    quadratic_sigma: float = param(
+        0.01,
+        "Standard deviation of the drag q that grows with airspeed, which most quadrotors lack.",
+        unit="1/m",
+        low=0.0001,
+        high=1.0,
     )
     gust: float = param(
         3.0,
@@ -214,3 +274,30 @@ class CoastParameters(Parameters):
     )
     patience_s: float = patience()
     sensor_patience_s: float = sensor_patience()
+
+    @property
+    def errors(self) -> ModelErrors:
+        """What the filter allows for lags, and for errors of scale of the IMU."""
+        return ModelErrors(
+            lag_sigma_s=self.lag_sigma_s,
+            lag_walk=LAG_WALK,
+            lag_difference_walk=LAG_DIFFERENCE_WALK,
+            lag_jitter_s=LAG_JITTER_S,
+            position_jitter_s=POSITION_JITTER_S,
+            force_scale=FORCE_SCALE,
+            rate_scale=RATE_SCALE,
+            max_lag_s=MAX_LAG_S,
+            max_force=self.max_force,
+            max_rate=self.max_rate,
+        )
+
+    @property
+    def air(self) -> DragNoise:
+        """What the filter assumes of wind and drag."""
+        return DragNoise(
+            correlation_s=GUST_S,
+            drag=(self.drag, self.drag_sigma),
+            quadratic_sigma=self.quadratic_sigma,
+            bias=TILT,
+            wind_walk=WIND_WALK,
+        )

@@ -13,7 +13,7 @@ from hijack_detect.detectors.follow import FollowsCourse
 from hijack_detect.detectors.input_watch import InputWatch
 from hijack_detect.detectors.persistence import Persistence
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.detectors.window import Unwrap, WindowSums
+from hijack_detect.detectors.window import FULL, Unwrap, WindowSums
 from hijack_detect.estimation.rotation import heading
 from hijack_detect.streams.samples import NANOSECONDS, AttitudeSample, CourseSample, PhaseSample
 
@@ -56,7 +56,10 @@ class CorrelationDetector:
         self._smoothing = WindowSums(max(1, round(p.smoothing_s * NANOSECONDS)), 2)
         self._window_ns = round(p.window_s * NANOSECONDS)
         self._window = WindowSums(self._window_ns, 2, [(0, 0), (1, 1), (0, 1)])
-        self._follow = FollowsCourse(p) if p.follow_s > 0.0 else None
+        self._follow = None
+        if p.follow_s > 0.0:
+            limits = p.follow_sigma_deg, p.follow_offset_deg
+            self._follow = FollowsCourse(p.window_s, p.follow_s, *limits)
         self._persistence = Persistence(p.persist_s)
         self._gate = FlightGate()
         self._watch = InputWatch(("attitude", "course"))
@@ -156,7 +159,7 @@ class CorrelationDetector:
         lost = self._watch.lost(course.stamp_ns)
         if lost is not None:
             return lost
-        if self._held_course is None or self._window.span_ns < 0.9 * self._window_ns:
+        if self._held_course is None or self._window.span_ns < FULL * self._window_ns:
             return State.NOT_READY, f"less than {p.window_s:g} s of yaw and course"
         if not course.observable:
             return State.NOT_OBSERVABLE, "no course: too slow, or repeated fixes"

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,15 +11,15 @@ from hijack_detect.detectors.attitude_window import AttitudeMeans
 from hijack_detect.detectors.date_parameters import DateParameters
 from hijack_detect.detectors.flight_gate import FlightGate
 from hijack_detect.detectors.input_watch import InputWatch
-from hijack_detect.detectors.persistence import Persistence
+from hijack_detect.detectors.persistence import Excursion, Persistence
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.detectors.window import WindowSums
-from hijack_detect.estimation.course import displacement
+from hijack_detect.detectors.window import FULL, WindowSums
 from hijack_detect.estimation.ekf import GRAVITY
 from hijack_detect.estimation.gps_lag import LATE, late, late_words
 from hijack_detect.estimation.growing_lag import GrowingLag
-from hijack_detect.estimation.noise_scale import NoiseScale
-from hijack_detect.estimation.rotation import Array
+from hijack_detect.estimation.learning import NoiseScale
+from hijack_detect.estimation.motion import GpsMotion, Motion
+from hijack_detect.estimation.rotation import Array, up_component
 from hijack_detect.streams.samples import (
     NANOSECONDS,
     AttitudeSample,
@@ -43,20 +42,6 @@ lag leaves a little less by chance: a quarter fewer velocities that freeze at ze
 RECENT_S = 10.0
 """The difference is learnt from about this time, too: a receiver that gets worse does so within
 seconds (on a recorded flight from 0.4 to 1.4 m/s² within 4 s, 20 s before it failed)."""
-
-
-@dataclass(frozen=True)
-class _Motion:
-    """A GPS velocity (ENU, m/s): stamp of the message it came with, and when it was true.
-
-    Its vertical component is NaN where it was not measured.
-    """
-
-    stamp_ns: int
-    valid_ns: int
-    velocity: Array
-    from_fixes: bool = False
-    """Whether it is a difference of fixes, whose noise is that of positions over their interval."""
 
 
 class DateDetector:
@@ -94,12 +79,11 @@ class DateDetector:
         self._gate = FlightGate()
         self._watch = InputWatch(("attitude", "GPS velocity"))
         self._attitudes = AttitudeMeans(2 * p.max_gap_s + max(p.gps_lag_s, p.max_lag_s))
-        self._motion: _Motion | None = None
-        self._fix: FixSample | None = None
-        self._velocity_ns: int | None = None
+        self._gps = GpsMotion(p.max_gap_s)
+        self._motion: Motion | None = None
         self._lowest_up = math.cos(math.radians(p.max_tilt_deg))
-        self._tumbled_ns: int | None = None
-        self._violent_ns: int | None = None
+        self._tumbling = Excursion(p.window_s, p.window_s)
+        self._violent = Excursion(p.recover_s, p.recover_s)
         self._noises = tuple(
             NoiseScale(
                 0.01,
@@ -127,31 +111,17 @@ class DateDetector:
         if isinstance(sample, AttitudeSample):
             self._watch.see("attitude", sample.stamp_ns)
             self._attitudes.add(sample)
-            if math.hypot(*sample.specific_force) > self._parameters.max_force:
-                self._violent_ns = sample.stamp_ns
-            if sample.orientation is not None and up_component(sample) < self._lowest_up:
-                self._tumbled_ns = sample.stamp_ns
+            q, stamp = sample.orientation, sample.stamp_ns
+            force = math.hypot(*sample.specific_force)
+            self._violent.see(stamp, force > self._parameters.max_force)
+            self._tumbling.see(stamp, q is not None and up_component(q) < self._lowest_up)
             return self._verdict(sample.stamp_ns) if self._watch.due(sample.stamp_ns) else None
         if isinstance(sample, VelocitySample):
-            self._velocity_ns = stamp = sample.stamp_ns
-            return self._evaluate(_Motion(stamp, stamp - self._lag_ns, np.array(sample.velocity)))
-        motion = self._from_fixes(sample)
-        if self._velocity_ns is not None:
-            if sample.stamp_ns - self._velocity_ns <= self._parameters.max_gap_s * NANOSECONDS:
-                return None
-            self._velocity_ns = None
-        return self._evaluate(motion)
+            return self._evaluate(self._gps.velocity(sample))
+        motion = self._gps.fix(sample)
+        return None if self._gps.measured(sample.stamp_ns) else self._evaluate(motion)
 
-    def _from_fixes(self, fix: FixSample) -> _Motion | None:
-        """Velocity from the previous fix to this one, true half-way between them."""
-        previous, self._fix = self._fix, fix if fix.has_fix else None
-        if previous is None or not fix.has_fix:
-            return None
-        dt_ns = fix.stamp_ns - previous.stamp_ns
-        velocity = np.array(displacement(previous, fix)) * (NANOSECONDS / dt_ns)
-        return _Motion(fix.stamp_ns, fix.stamp_ns - self._lag_ns - dt_ns // 2, velocity, True)
-
-    def _evaluate(self, motion: _Motion | None) -> Verdict | None:
+    def _evaluate(self, motion: Motion | None) -> Verdict | None:
         previous, self._motion = self._motion, motion
         if previous is not None and motion is not None and previous.from_fixes != motion.from_fixes:
             # A window of both kinds would hold the noise of fixes to the limit of velocities.
@@ -169,18 +139,18 @@ class DateDetector:
             self._window.add(motion.stamp_ns, [*(weight * difference).ravel().tolist(), weight])
         return self._verdict(motion.stamp_ns)
 
-    def _difference(self, before: _Motion, after: _Motion) -> Array | None:
+    def _difference(self, before: Motion, after: Motion) -> Array | None:
         """Rᵀ(a_gps − g) − f over one interval, FLU, at each lag, shape (n, 3).
 
         None where it is unknown at the usual lag; that one stands in for lags without attitudes.
         """
         if before.from_fixes is not after.from_fixes:
             return None
-        dt = (after.valid_ns - before.valid_ns) / NANOSECONDS
+        dt = (after.middle_ns - before.middle_ns) / NANOSECONDS
         if not 0.0 < dt <= self._parameters.max_gap_s:
             return None
         rotation, force, known = self._attitudes.over(
-            before.valid_ns, after.valid_ns, self._back_ns
+            before.middle_ns - self._lag_ns, after.middle_ns - self._lag_ns, self._back_ns
         )
         usual = self._lag.usual
         if not known[usual]:
@@ -210,13 +180,12 @@ class DateDetector:
     def _unable(self, stamp_ns: int) -> tuple[State, str] | None:
         """State and reason if nothing can be said."""
         p = self._parameters
-        if not len(self._window) or self._covered_ns < 0.9 * self._window_ns:
+        if not len(self._window) or self._covered_ns < FULL * self._window_ns:
             return State.NOT_READY, f"less than {p.window_s:g} s of attitude and GPS velocity"
-        if self._tumbled_ns is not None and stamp_ns - self._tumbled_ns <= self._window_ns:
+        if self._tumbling.lasts(stamp_ns):
             reason = f"tilted by more than {p.max_tilt_deg:g}°: tumbling or crashed"
             return State.NOT_OBSERVABLE, reason
-        since = self._violent_ns
-        if since is not None and stamp_ns - since <= p.recover_s * NANOSECONDS:
+        if self._violent.lasts(stamp_ns):
             reason = f"specific force above {p.max_force:g} m/s² less than {p.recover_s:g} s ago"
             return State.NOT_OBSERVABLE, reason
         return self._gate.blocked(stamp_ns)
@@ -279,10 +248,3 @@ class DateDetector:
             else:
                 noise.add(stamp_ns, usual**2)
         return settling
-
-
-def up_component(sample: AttitudeSample) -> float:
-    """Cosine of the tilt: the Up component of the body's z axis."""
-    assert sample.orientation is not None
-    x, y, _, _ = sample.orientation
-    return 1.0 - 2.0 * (x * x + y * y)

@@ -16,7 +16,6 @@ from hijack_detect.detectors.flight_gate import FlightGate
 from hijack_detect.detectors.input_watch import REPEAT_NS, InputWatch
 from hijack_detect.detectors.persistence import Persistence
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.estimation.course import displacement
 from hijack_detect.estimation.drag_filter import (
     BIAS,
     DRAG,
@@ -25,12 +24,12 @@ from hijack_detect.estimation.drag_filter import (
     DragFilter,
     WindChange,
 )
+from hijack_detect.estimation.motion import GpsMotion, Motion
 from hijack_detect.streams.samples import (
     NANOSECONDS,
     AttitudeSample,
     FixSample,
     PhaseSample,
-    Vector3,
     VelocitySample,
 )
 
@@ -89,9 +88,8 @@ class DragDetector:
         self._persistence = Persistence(p.persist_s)
         self._gate = FlightGate()
         self._watch = InputWatch(("attitude", "GPS velocity"))
-        self._fix: FixSample | None = None
+        self._gps = GpsMotion(p.max_gap_s)
         self._climb = 0.0
-        self._velocity_ns: int | None = None
         self._told_ns: int | None = None
         """Stamp of the last verdict."""
 
@@ -107,30 +105,13 @@ class DragDetector:
             self._blocks.attitude(sample)
             due = self._watch.due(sample.stamp_ns)
             return self._cannot_tell(sample.stamp_ns) if due else None
-        stamp = sample.stamp_ns
         if isinstance(sample, VelocitySample):
-            self._velocity_ns = stamp
-            return self._moved(stamp, stamp - self._lag_ns, self._with_climb(sample))
-        previous, self._fix = self._fix, sample if sample.has_fix else None
-        self._climb = self._climb_between(previous, sample)
-        if self._velocity_ns is not None and stamp - self._velocity_ns <= self._gap_ns:
+            return self._moved(self._gps.velocity(sample))
+        self._climb = self._climb_between(self._gps.last_fix, sample)
+        motion = self._gps.fix(sample)
+        if motion is None or self._gps.measured(sample.stamp_ns):
             return None
-        if previous is None or not sample.has_fix:
-            return None
-        dt_ns = stamp - previous.stamp_ns
-        east, north, up = (along * NANOSECONDS / dt_ns for along in displacement(previous, sample))
-        climb = 0.0 if math.isnan(up) else up
-        return self._moved(stamp, stamp - self._lag_ns - dt_ns // 2, (east, north, climb))
-
-    def _with_climb(self, sample: VelocitySample) -> Vector3:
-        """A GPS velocity; the climb is that of the fixes, or 0, where it was not measured.
-
-        It enters with the sine of the tilt only.
-        """
-        if sample.has_vertical:
-            return sample.velocity
-        east, north, _ = sample.velocity
-        return (east, north, self._climb)
+        return self._moved(motion)
 
     def _climb_between(self, previous: FixSample | None, fix: FixSample) -> float:
         """Climb from one fix to the next, m/s; 0 where it is not known."""
@@ -139,10 +120,16 @@ class DragDetector:
         dt_ns = fix.stamp_ns - previous.stamp_ns
         return (fix.altitude_m - previous.altitude_m) * NANOSECONDS / dt_ns if dt_ns else 0.0
 
-    def _moved(self, stamp_ns: int, valid_ns: int, velocity: Vector3) -> Verdict | None:
-        """A GPS velocity, and when it was true."""
+    def _moved(self, motion: Motion) -> Verdict | None:
+        """Take a velocity; a climb that was not measured is that of the fixes, or 0.
+
+        It enters with the sine of the tilt only.
+        """
+        stamp_ns, velocity = motion.stamp_ns, motion.velocity
+        if math.isnan(velocity[2]):
+            velocity = np.array([*velocity[:2], 0.0 if motion.from_fixes else self._climb])
         self._watch.see("GPS velocity", stamp_ns)
-        block = self._blocks.velocity(stamp_ns, valid_ns, np.array(velocity))
+        block = self._blocks.velocity(stamp_ns, motion.middle_ns - self._lag_ns, velocity)
         if block is not None:
             return self._evaluate(block)
         if self._last_ns is not None and stamp_ns - self._last_ns >= self._gap_ns:

@@ -224,7 +224,7 @@ class DragParameters(Parameters):
         return DragNoise(
             correlation_s=self.gust_s,
             drag=(self.drag, self.drag_sigma),
-            quadratic=(0.0, self.quadratic_sigma),
+            quadratic_sigma=self.quadratic_sigma,
             bias=self.bias_sigma,
             wind_walk=self.wind_walk,
         )

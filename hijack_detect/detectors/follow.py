@@ -6,8 +6,7 @@ from __future__ import annotations
 import math
 from collections import deque
 
-from hijack_detect.detectors.correlation_parameters import CorrelationParameters
-from hijack_detect.detectors.window import WindowSums
+from hijack_detect.detectors.window import FULL, WindowSums
 from hijack_detect.streams.samples import NANOSECONDS
 
 
@@ -19,13 +18,27 @@ class FollowsCourse:
     the window says whether it holds, and how large the crab angle is.
     """
 
-    def __init__(self, parameters: CorrelationParameters) -> None:
-        """Start without history."""
-        self._parameters = p = parameters
-        self._delay_ns = round(p.window_s * NANOSECONDS)
-        self._needed_ns = round(0.9 * p.follow_s * NANOSECONDS)
+    def __init__(
+        self, window_s: float, before_s: float, sigma_deg: float, offset_deg: float
+    ) -> None:
+        """Start without history.
+
+        Args:
+            window_s: Length of the detector's window, s.
+            before_s: Length of the time before it, s.
+            sigma_deg: The nose follows if the difference varies by no more than this (standard
+                deviation), degrees.
+            offset_deg: And if its mean is no larger than this, degrees.
+        """
+        self._reach_s, self._sigma_deg, self._offset_deg = (
+            window_s + before_s,
+            sigma_deg,
+            offset_deg,
+        )
+        self._delay_ns = round(window_s * NANOSECONDS)
+        self._needed_ns = round(FULL * before_s * NANOSECONDS)
         self._pending: deque[tuple[int, float]] = deque()
-        self._before = WindowSums(round(p.follow_s * NANOSECONDS), 1, [(0, 0)])
+        self._before = WindowSums(round(before_s * NANOSECONDS), 1, [(0, 0)])
         self.frozen = False
         """While true the history is kept as it is: set during an alarm, which must not
         become the new normal."""
@@ -51,12 +64,11 @@ class FollowsCourse:
 
     def problem(self) -> str:
         """Why the method cannot tell now; empty if the nose follows the course."""
-        p = self._parameters
         if self._before.span_ns < self._needed_ns:
-            return f"too slow for a course less than {p.window_s + p.follow_s:g} s ago"
+            return f"too slow for a course less than {self._reach_s:g} s ago"
         sigma = math.degrees(math.sqrt(self._before.covariance(0)))
-        if sigma > p.follow_sigma_deg:
+        if sigma > self._sigma_deg:
             return f"nose does not follow the course: difference varies by {sigma:.0f}°"
-        if abs(math.degrees(self.offset)) > p.follow_offset_deg:
+        if abs(math.degrees(self.offset)) > self._offset_deg:
             return f"flying {math.degrees(self.offset):+.0f}° off the nose"
         return ""

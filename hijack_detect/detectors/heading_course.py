@@ -6,21 +6,21 @@ from __future__ import annotations
 import math
 from collections import deque
 
-from hijack_detect.detectors.correlation_parameters import CorrelationParameters
 from hijack_detect.detectors.follow import FollowsCourse
 from hijack_detect.detectors.heading_parameters import HeadingParameters
 from hijack_detect.detectors.window import Unwrap, WindowSums
-from hijack_detect.estimation.course import CourseEstimator, CourseParameters
+from hijack_detect.estimation.motion import GpsMotion, Motion
 from hijack_detect.streams.samples import NANOSECONDS, FixSample, VelocitySample
 
-FOLLOW = CorrelationParameters(
-    window_s=2.0, follow_s=10.0, follow_sigma_deg=8.0, follow_offset_deg=45.0
-)
-"""The course is judged over 2 s against the 10 s before."""
+WINDOW_S, BEFORE_S = 2.0, 10.0
+"""The course is judged over the former against the latter, the time before."""
+FOLLOW_SIGMA_DEG, FOLLOW_OFFSET_DEG = 8.0, 45.0
+"""What the nose may be off the course in that time: standard deviation and mean."""
 KEPT_NS = 2 * NANOSECONDS
 """Noses older than this belong to no GPS sample that is still to come."""
-NO_VELOCITY_NS = 2 * NANOSECONDS
-"""Without a GPS velocity for this long the course comes from the fixes."""
+NO_VELOCITY_S = MAX_GAP_S = 2.0
+"""Without a GPS velocity for this long the course comes from the fixes, if no two of them are as
+far apart."""
 
 
 class NoseCourse:
@@ -31,11 +31,10 @@ class NoseCourse:
         self._min_speed = parameters.min_speed
         self._lag_ns = round(parameters.gps_lag_s * NANOSECONDS)
         self._noses: deque[tuple[int, float]] = deque()
-        self._follows = FollowsCourse(FOLLOW)
-        self._window = WindowSums(round(FOLLOW.window_s * NANOSECONDS), 1)
+        self._follows = FollowsCourse(WINDOW_S, BEFORE_S, FOLLOW_SIGMA_DEG, FOLLOW_OFFSET_DEG)
+        self._window = WindowSums(round(WINDOW_S * NANOSECONDS), 1)
         self._unwrap = Unwrap()
-        self._fixes = CourseEstimator(CourseParameters(min_speed=parameters.min_speed))
-        self._velocity_ns: int | None = None
+        self._gps = GpsMotion(NO_VELOCITY_S, MAX_GAP_S)
         self._newest_ns: int | None = None
         self.difference: float | None = None
         """Newest course minus nose, rad, wrapped; None while there is no course."""
@@ -48,25 +47,22 @@ class NoseCourse:
 
     def velocity(self, sample: VelocitySample) -> None:
         """Take a GPS velocity."""
-        east, north, _ = sample.velocity
-        self._velocity_ns = sample.stamp_ns
-        fast = math.hypot(east, north) >= self._min_speed
-        self._course(sample.stamp_ns, math.atan2(north, east) if fast else None)
+        self._moved(sample.stamp_ns, self._gps.velocity(sample))
 
     def fix(self, fix: FixSample) -> None:
         """Take a fix; its course counts where there is no GPS velocity."""
-        course = self._fixes.update("fix", fix)
-        last_ns = self._velocity_ns
-        if last_ns is None or fix.stamp_ns - last_ns > NO_VELOCITY_NS:
-            self._course(fix.stamp_ns, course.angle if course.observable else None)
+        motion = self._gps.fix(fix)
+        if not self._gps.measured(fix.stamp_ns):
+            self._moved(fix.stamp_ns, motion)
 
-    def _course(self, stamp_ns: int, course: float | None) -> None:
+    def _moved(self, stamp_ns: int, motion: Motion | None) -> None:
         nose = self._nose(stamp_ns - self._lag_ns)
-        if course is None or nose is None:
+        east, north = (0.0, 0.0) if motion is None else motion.velocity[:2].tolist()
+        if nose is None or math.hypot(east, north) < self._min_speed:
             self.interrupt()
             return
         self._newest_ns = stamp_ns
-        self.difference = math.remainder(course - nose, math.tau)
+        self.difference = math.remainder(math.atan2(north, east) - nose, math.tau)
         continuous = self._unwrap(self.difference)
         self._window.add(stamp_ns, (continuous,))
         self._follows.add(stamp_ns, continuous)
@@ -87,7 +83,7 @@ class NoseCourse:
 
     def turn(self, stamp_ns: int) -> float:
         """Turn of the course from the nose, rad; 0 where the nose did not follow it."""
-        if self._newest_ns is None or stamp_ns - self._newest_ns > NO_VELOCITY_NS:
+        if self._newest_ns is None or stamp_ns - self._newest_ns > NO_VELOCITY_S * NANOSECONDS:
             return 0.0
         if not len(self._window) or self._follows.problem():
             return 0.0

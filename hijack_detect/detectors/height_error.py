@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 
 from hijack_detect.detectors.altitude_parameters import AltitudeParameters
-from hijack_detect.detectors.learned_level import LearnedLevel
+from hijack_detect.estimation.learning import LearnedLevel
 from hijack_detect.streams.samples import NANOSECONDS, FixSample
 
 VERTICAL_OF_HORIZONTAL = 1.7
@@ -18,7 +18,7 @@ minute (root mean square), two that claim 10 m by 1.5. So the share of the claim
 for grows from GOOD_SHARE to 1 at a claim of POOR_CLAIM times the deviation of a poor pair."""
 PROVED_NS = 80 * NANOSECONDS
 """A receiver is worth no more than its claim until a wander of a minute would have been learnt:
-the longest horizon, and `learned_level.DELAY_NS`."""
+the longest horizon, and `learning.LEVEL_DELAY_S`."""
 CEILING_OF_CLAIM = 2.0
 """What a receiver may be seen to wander by is bounded by so many times its claim."""
 

@@ -10,9 +10,9 @@ import numpy as np
 
 from hijack_detect.detectors.input_watch import InputWatch, patience
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.estimation.course import displacement
 from hijack_detect.estimation.ekf import GRAVITY
 from hijack_detect.estimation.geodesy import LocalFrame
+from hijack_detect.estimation.motion import GpsMotion, Motion
 from hijack_detect.estimation.rotation import Array, matrix
 from hijack_detect.parameters import Parameters, param
 from hijack_detect.streams.merge import SENSOR_PATIENCE_S
@@ -72,8 +72,8 @@ class InsPosition:
             "fix": SENSOR_PATIENCE_S,
         }
         self._watch = InputWatch(("attitude", "fix"))
-        self._fix: FixSample | None = None
-        self._gps_velocity: VelocitySample | None = None
+        self._gps = GpsMotion(p.max_velocity_age_s, p.max_velocity_age_s)
+        self._reported: Motion | None = None
         self._frame: LocalFrame | None = None
         """East, north and up about the fix where dead reckoning began, None before."""
         self._position = self._velocity = np.zeros(3)
@@ -85,7 +85,7 @@ class InsPosition:
     ) -> Verdict | None:
         """Take the next sample in order of stamp; every fix gives a verdict."""
         if isinstance(sample, VelocitySample):
-            self._gps_velocity = sample
+            self._reported = self._gps.velocity(sample)
             return None
         if isinstance(sample, AttitudeSample):
             self._watch.see(name, sample.stamp_ns)
@@ -93,9 +93,10 @@ class InsPosition:
             return self._verdict(sample.stamp_ns) if self._watch.due(sample.stamp_ns) else None
         if sample.has_fix:
             self._watch.see(name, sample.stamp_ns)
+            motion = self._gps.fix(sample)
             if self._frame is None:
-                self._start(sample)
-            self._fix = sample
+                recent = self._gps.measured(sample.stamp_ns)
+                self._start(sample, self._reported if recent else motion)
         return self._verdict(sample.stamp_ns)
 
     def _integrate(self, sample: AttitudeSample) -> None:
@@ -113,36 +114,23 @@ class InsPosition:
             )
             self._velocity = self._velocity + dt * (before + after) / 2
 
-    def _start(self, fix: FixSample) -> None:
+    def _start(self, fix: FixSample, motion: Motion | None) -> None:
         """Take position and velocity from the GPS, once there is an attitude to go on with."""
-        velocity = self._reported_velocity(fix)
-        if self._acceleration is None or velocity is None:
+        if self._acceleration is None or motion is None:
             return
         self._frame = LocalFrame(fix)
-        self._position, self._velocity = np.zeros(3), velocity
-
-    def _reported_velocity(self, fix: FixSample) -> Array | None:
-        """GPS velocity at a fix, m/s in ENU, None without a recent one and an earlier fix."""
-        longest_ns = self._parameters.max_velocity_age_s * NANOSECONDS
-        reported, before = self._gps_velocity, self._fix
-        if reported is not None and fix.stamp_ns - reported.stamp_ns <= longest_ns:
-            east, north, up = reported.velocity
-            return np.array([east, north, up if reported.has_vertical else 0.0])
-        if before is None or not 0 < fix.stamp_ns - before.stamp_ns <= longest_ns:
-            return None
-        return np.array(displacement(before, fix)) * (
-            NANOSECONDS / (fix.stamp_ns - before.stamp_ns)
-        )
+        self._position, self._velocity = np.zeros(3), np.nan_to_num(motion.velocity)
 
     def _verdict(self, stamp_ns: int) -> Verdict:
         limit = self._parameters.max_distance_m
         lost = self._watch.lost(stamp_ns)
         if lost is not None:
             return Verdict(self.NAME, stamp_ns, lost[0], 0.0, limit, lost[1])
-        if self._frame is None or self._fix is None:
+        fix = self._gps.last_fix
+        if self._frame is None or fix is None:
             reason = "no attitude and GPS velocity to start from"
             return Verdict(self.NAME, stamp_ns, State.NOT_READY, 0.0, limit, reason)
-        east, north, _ = self._frame.enu(self._fix)
+        east, north, _ = self._frame.enu(fix)
         apart = math.hypot(east - self._position[0], north - self._position[1])
         state = State.ALARM if apart > limit else State.NORMAL
         reason = f"{apart:.1f} m from the dead-reckoned position (limit {limit:g} m)"

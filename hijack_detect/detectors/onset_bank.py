@@ -1,124 +1,96 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""Likelihood of an offset of the GPS height since each of many onsets (Willsky and Jones 1976)."""
+"""Likelihood of offsets of a measurement since each of many onsets."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
 
 import numpy as np
 
+from hijack_detect.estimation.kalman import Innovation
 from hijack_detect.estimation.rotation import Array
-
-ACCELERATION, VELOCITY, RATE, STEP = range(4)
-"""Offsets: an acceleration; a velocity; a height that moves without the velocity; a jump."""
-SIGNATURES = 4
-SPACING_S = 0.79
-"""Onsets are this far apart; no whole number of fixes, so that they differ."""
-YOUNGEST_S = 1.0
-"""A younger onset is not judged: two fixes are no evidence."""
-OLDEST_S = 21.0
-FLOOR_ACCELERATION = 0.15
-"""m/s²: error of scale and attitude that lasts."""
-FLOOR_VELOCITY = 0.4
-"""m/s: error of a GPS velocity that lasts."""
-FLOOR_HEIGHT = 2.0
-"""m: jump of a GPS height when the satellites in use change."""
-
-
-@dataclass(frozen=True, slots=True)
-class Evidence:
-    """The most likely offset of one signature: standard deviations, its size and its age."""
-
-    score: float
-    size: float
-    age_s: float
 
 
 class OnsetBank:
-    """Generalised likelihood ratio of constant offsets, each since an assumed onset.
+    """Generalised likelihood ratio over onsets (Willsky and Jones 1976).
 
-    An offset o(t) = [height, velocity] in the measurement shifts the filter's error by f and the
-    innovation by g = o − H f; f follows the filter, f⁺ = F (f + K g). With d = Σ gᵀS⁻¹r and
-    C = Σ gᵀS⁻¹g the size is d/C with variance 1/C. The floors are systematic errors that do not
-    average out. What the filter itself has learnt from a false offset is in f.
+    An offset in the measurements since an onset, o per unit of its size, makes an error of f in
+    the filter that follows them, and shows g in its innovations:
+
+        g = o − H f,   f⁺ = f + K g,   f⁻ = Φ f⁺
+
+    With d = Σ gᵀS⁻¹r and C = Σ gᵀS⁻¹g the most likely sizes are C⁻¹d with covariance C⁻¹. What the
+    filter has learnt from the offset is in f, so the offset cannot hide in it.
+
+    Offsets of a state instead are an error f from the onset on (`begun`), or one that grows
+    (`growing`), and no o.
+
+    Attributes:
+        age_s: Time since each onset, the oldest first, s, shape (onsets,).
+        d: Shape (onsets, offsets).
+        c: Shape (onsets, offsets, offsets).
     """
 
-    def __init__(self) -> None:
-        """Start without onsets."""
-        self._onsets = np.zeros(0)
-        self._shift = np.zeros((0, SIGNATURES, 4))
-        self._d = np.zeros((0, SIGNATURES))
-        self._c = np.zeros((0, SIGNATURES))
-        self._next_s: float | None = None
-
-    def update(
-        self, t_s: float, f: Array, h: Array, gain: Array, precision: Array, innovation: Array
-    ) -> None:
-        """Account one measurement.
+    def __init__(self, begun: Array, growing: Array) -> None:
+        """Start without onsets.
 
         Args:
-            t_s: Its time, seconds.
-            f: Transition to this time, shape (4, 4).
-            h: Measurement matrix, shape (2, 4).
-            gain: Kalman gain, shape (4, 2).
-            precision: Inverse of the innovation's covariance, shape (2, 2).
-            innovation: Shape (2,).
+            begun: f with which an onset begins, shape (states, offsets).
+            growing: What each second adds to f, shape (states, offsets).
         """
-        age = t_s - self._onsets
-        offset = np.zeros((len(age), SIGNATURES, 2))
-        offset[:, ACCELERATION, 0] = 0.5 * age * age
-        offset[:, ACCELERATION, 1] = age
-        offset[:, VELOCITY, 0] = age
-        offset[:, VELOCITY, 1] = 1.0
-        offset[:, RATE, 0] = age
-        offset[:, STEP, 0] = 1.0
-        shift = self._shift @ f.T
-        g = offset - shift @ h.T
-        weighted = g @ precision
-        self._d += weighted @ innovation
-        self._c += np.sum(weighted * g, axis=2)
-        self._shift = shift + g @ gain.T
-        self._renew(t_s)
+        states, n = begun.shape
+        self._begun, self._growing = begun[:, None], growing[:, None]
+        self.age_s: Array = np.zeros(0)
+        self._f: Array = np.zeros((states, 0, n))
+        self.d: Array = np.zeros((0, n))
+        self.c: Array = np.zeros((0, n, n))
 
-    def _renew(self, t_s: float) -> None:
-        """Forget old onsets and begin a new one."""
-        if self._next_s is not None and t_s < self._next_s:
-            return
-        self._next_s = t_s + SPACING_S
-        kept = t_s - self._onsets <= OLDEST_S
-        self._onsets = np.append(self._onsets[kept], t_s)
-        zeros = np.zeros((1, SIGNATURES))
-        self._shift = np.concatenate([self._shift[kept], np.zeros((1, SIGNATURES, 4))])
-        self._d = np.concatenate([self._d[kept], zeros])
-        self._c = np.concatenate([self._c[kept], zeros])
-
-    def evidence(self, t_s: float, wander: float = 1.0) -> list[Evidence]:
-        """The strongest evidence for each signature, in their order.
+    def propagate(self, dt_s: float, phi: Array, oldest_s: float = math.inf) -> None:
+        """The filter moved on.
 
         Args:
-            t_s: The time, seconds.
-            wander: Jumps of the height that do not count, over FLOOR_HEIGHT.
+            dt_s: By this, s.
+            phi: Φ, shape (states, states).
+            oldest_s: Onsets that are then older are dropped, s.
         """
-        age = t_s - self._onsets
-        judged = age >= YOUNGEST_S
-        if not judged.any():
-            return [Evidence(0.0, 0.0, 0.0)] * SIGNATURES
-        age, d, c = age[judged], self._d[judged], np.maximum(self._c[judged], 1e-12)
-        height = FLOOR_HEIGHT * wander
-        slow = FLOOR_VELOCITY**2 + (height / age) ** 2
-        floors = np.stack(
-            [
-                FLOOR_ACCELERATION**2 + (FLOOR_VELOCITY / age) ** 2,
-                slow,
-                slow,
-                np.full(len(age), height**2),
-            ],
-            axis=1,
-        )
-        size = d / c
-        score = np.abs(size) / np.sqrt(1.0 / c + floors)
-        best = np.argmax(score, axis=0)
-        return [
-            Evidence(float(score[at, one]), float(size[at, one]), float(age[at]))
-            for one, at in enumerate(best)
-        ]
+        self.age_s = self.age_s + dt_s
+        self.forget(oldest_s)
+        self._f = _times(phi, self._f)
+        self._f += dt_s * self._growing
+
+    def forget(self, oldest_s: float) -> None:
+        """Drop the onsets beyond an age, s."""
+        first = int(np.count_nonzero(self.age_s > oldest_s))
+        self.age_s, self.d, self.c = self.age_s[first:], self.d[first:], self.c[first:]
+        self._f = self._f[:, first:]
+
+    def begin(self) -> None:
+        """Begin an onset now."""
+        n = self.d.shape[1]
+        self.age_s = np.append(self.age_s, 0.0)
+        self._f = np.concatenate([self._f, self._begun], axis=1)
+        self.d = np.concatenate([self.d, np.zeros((1, n))])
+        self.c = np.concatenate([self.c, np.zeros((1, n, n))])
+
+    def measure(self, found: Innovation, offset: Array | None = None) -> None:
+        """The filter used a measurement.
+
+        Args:
+            found: Its innovation of m components.
+            offset: o since each onset, shape (m, onsets, offsets); None for a measurement that no
+                offset is in.
+        """
+        g = -_times(found.H, self._f)
+        if offset is not None:
+            g += offset
+        weighted = _times(found.precision, g)
+        self.d = self.d + _times(found.residual[None], weighted)[0]
+        self.c = self.c + weighted.transpose(1, 2, 0) @ g.transpose(1, 0, 2)
+        self._f = self._f + _times(found.K, g)
+
+
+def _times(matrix: Array, columns: Array) -> Array:
+    """A matrix of shape (a, b) times all columns of shape (b, m, n), as one product."""
+    rows, m, n = columns.shape
+    product: Array = matrix @ columns.reshape(rows, m * n)
+    return product.reshape(len(matrix), m, n)

@@ -5,14 +5,17 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from dataclasses import dataclass
 
 import numpy as np
 
 from hijack_detect.detectors.altitude_parameters import AltitudeParameters
 from hijack_detect.detectors.barometer_check import Finding
 from hijack_detect.detectors.height_error import claimed_height
-from hijack_detect.detectors.onset_bank import Evidence, OnsetBank
+from hijack_detect.detectors.onset_bank import OnsetBank
 from hijack_detect.detectors.vertical_force import Sum, VerticalForce
+from hijack_detect.estimation.kalman import Innovation, update
+from hijack_detect.estimation.learning import Scatter
 from hijack_detect.estimation.rotation import Array
 from hijack_detect.streams.samples import NANOSECONDS, AttitudeSample, FixSample, VelocitySample
 
@@ -28,7 +31,7 @@ WORST_WANDER_M = 8.0
 """The most that a receiver may claim, m: a jump of 10 m is still seen."""
 INITIAL_BIAS = 0.3
 """m/s², standard deviation."""
-HISTORY_NS = 20 * NANOSECONDS
+HISTORY_S = 20.0
 """Scatter is learnt from innovations older than this, so never from those under test."""
 GROW_S, SHRINK_S = 40.0, 200.0
 """The scatter grows faster than it shrinks: a calm minute on the ground says little of flight."""
@@ -42,6 +45,22 @@ CALM_MANOEUVRE = 0.5
 """m/s²: specific force is off gravity by less in calm flight."""
 FROZEN_MARGIN = 0.7
 """From this margin on nothing is learnt of the scatter."""
+ACCELERATION, VELOCITY, RATE, STEP = range(4)
+"""Offsets: an acceleration; a velocity; a height that moves without the velocity; a jump."""
+SIGNATURES = 4
+SPACING_S = 0.79
+"""Onsets are this far apart; no whole number of fixes, so that they differ."""
+YOUNGEST_S = 1.0
+"""A younger onset is not judged: two fixes are no evidence."""
+OLDEST_S = 21.0
+FLOOR_ACCELERATION = 0.15
+"""m/s²: error of scale and attitude that lasts."""
+FLOOR_VELOCITY = 0.4
+"""m/s: error of a GPS velocity that lasts."""
+FLOOR_HEIGHT = 2.0
+"""m: jump of a GPS height when the satellites in use change."""
+STATES = 4
+"""Height, velocity, accelerometer bias, GPS height error."""
 MEASURES = np.array([[1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 0.0]])
 WORDS = (
     "The GPS accelerates vertically by {size:+.2f} m/s² that the accelerometer does not feel",
@@ -51,39 +70,89 @@ WORDS = (
 )
 
 
-class Scatter:
-    """Standard deviation of old innovations, m/s: how good IMU and GPS of this vehicle are."""
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """The most likely offset of one signature: standard deviations, its size and its age."""
 
-    def __init__(self, calm: float) -> None:
-        """Start with the worst scatter that is told apart."""
-        self._calm = calm
-        self._variance = (MAX_SCALE * calm) ** 2
-        self._waiting: deque[tuple[int, float, float]] = deque()
+    score: float
+    size: float
+    age_s: float
 
-    def add(self, stamp_ns: int, innovation: float, dt_s: float) -> None:
-        """Take an innovation of a moment when nothing was suspicious."""
-        self._waiting.append((stamp_ns, innovation, dt_s))
-        while self._waiting[0][0] < stamp_ns - HISTORY_NS:
-            _, old, dt = self._waiting.popleft()
-            old = min(abs(old), 2.0 * MAX_SCALE * self._calm)
-            more = old * old - self._variance
-            self._variance += min(1.0, dt / (GROW_S if more > 0.0 else SHRINK_S)) * more
 
-    def forget_recent(self) -> None:
-        """Drop the innovations that are still under test."""
-        self._waiting.clear()
+class HeightOffsets:
+    """`OnsetBank` of four constant offsets of GPS height and vertical velocity.
 
-    @property
-    def scale(self) -> float:
-        """Scatter over the calm one, from 1 to MAX_SCALE."""
-        return min(MAX_SCALE, max(1.0, math.sqrt(self._variance) / self._calm))
+    Each is judged alone: its size is d/C with variance 1/C. The floors are systematic errors that
+    do not average out.
+    """
+
+    def __init__(self) -> None:
+        """Start without onsets."""
+        nothing = np.zeros((STATES, SIGNATURES))
+        self._bank = OnsetBank(nothing, nothing)
+        self._t_s: float | None = None
+        self._next_s = -math.inf
+
+    def update(self, t_s: float, phi: Array, found: Innovation) -> None:
+        """Account one measurement of height and velocity.
+
+        Args:
+            t_s: Its time, seconds.
+            phi: Transition to this time, shape (4, 4).
+            found: What the filter made of it.
+        """
+        self._bank.propagate(0.0 if self._t_s is None else t_s - self._t_s, phi)
+        self._t_s, age = t_s, self._bank.age_s
+        offset = np.zeros((2, len(age), SIGNATURES))
+        offset[0, :, ACCELERATION] = 0.5 * age * age
+        offset[1, :, ACCELERATION] = age
+        offset[0, :, VELOCITY] = age
+        offset[1, :, VELOCITY] = 1.0
+        offset[0, :, RATE] = age
+        offset[0, :, STEP] = 1.0
+        self._bank.measure(found, offset)
+        if t_s >= self._next_s:
+            self._next_s = t_s + SPACING_S
+            self._bank.forget(OLDEST_S)
+            self._bank.begin()
+
+    def evidence(self, wander: float = 1.0) -> list[Evidence]:
+        """The strongest evidence for each signature, in their order.
+
+        Args:
+            wander: Jumps of the height that do not count, over FLOOR_HEIGHT.
+        """
+        age = self._bank.age_s
+        judged = age >= YOUNGEST_S
+        if not judged.any():
+            return [Evidence(0.0, 0.0, 0.0)] * SIGNATURES
+        age, d = age[judged], self._bank.d[judged]
+        c = np.maximum(np.einsum("nii->ni", self._bank.c[judged]), 1e-12)
+        height = FLOOR_HEIGHT * wander
+        slow = FLOOR_VELOCITY**2 + (height / age) ** 2
+        floors = np.stack(
+            [
+                FLOOR_ACCELERATION**2 + (FLOOR_VELOCITY / age) ** 2,
+                slow,
+                slow,
+                np.full(len(age), height**2),
+            ],
+            axis=1,
+        )
+        size = d / c
+        score = np.abs(size) / np.sqrt(1.0 / c + floors)
+        best = np.argmax(score, axis=0)
+        return [
+            Evidence(float(score[at, one]), float(size[at, one]), float(age[at]))
+            for one, at in enumerate(best)
+        ]
 
 
 class VerticalChannel:
     """Kalman filter of height, velocity, accelerometer bias and GPS height error, and its bank.
 
     The accelerometer carries the state from fix to fix; each fix and velocity gives an
-    innovation, and `OnsetBank` says how likely an offset since some moment of the last 20 s is.
+    innovation, and `HeightOffsets` says how likely an offset since some moment of the last 20 s is.
     """
 
     def __init__(self, parameters: AltitudeParameters) -> None:
@@ -91,12 +160,18 @@ class VerticalChannel:
         self._p = parameters
         self._force = VerticalForce(parameters.max_tilt_deg, 4.0)
         self._lag_ns = round(parameters.gps_lag_s * NANOSECONDS)
-        self._scatter = Scatter(parameters.calm_innovation)
+        self._scatter = Scatter(
+            parameters.calm_innovation,
+            MAX_SCALE,
+            delay_s=HISTORY_S,
+            rise_s=GROW_S,
+            fall_s=SHRINK_S,
+        )
         self._bias = 0.0
         self._wander_m = WANDER_M
         self._x: Array | None = None
         self._covariance = np.zeros((4, 4))
-        self._bank = OnsetBank()
+        self._bank = HeightOffsets()
         self._sum: Sum | None = None
         self._ready_ns = 0
         self._begun = False
@@ -122,9 +197,9 @@ class VerticalChannel:
 
     def forget(self) -> None:
         """Forget the evidence of the past, as at take-off; what is learnt of the IMU is kept."""
-        self._bank = OnsetBank()
+        self._bank = HeightOffsets()
         self._manoeuvres.clear()
-        self._scatter.forget_recent()
+        self._scatter.hold()
 
     def fix(self, fix: FixSample, velocity: VelocitySample | None) -> Finding | None:
         """Judge a fix with the velocity of the same time; None where it cannot be judged."""
@@ -146,9 +221,9 @@ class VerticalChannel:
         if fix.stamp_ns < self._ready_ns:
             self._learning((self._ready_ns - fix.stamp_ns) / NANOSECONDS)
             return None
-        finding = self._judge(now.stamp_ns / NANOSECONDS)
+        finding = self._judge()
         if finding.margin > FROZEN_MARGIN:
-            self._scatter.forget_recent()
+            self._scatter.hold()
         return finding
 
     def _joined(self, before: Sum, now: Sum) -> bool:
@@ -165,9 +240,9 @@ class VerticalChannel:
         self._x = np.array([measured[0], measured[1], self._bias, 0.0])
         speed = 1.0 if with_velocity else 25.0
         self._covariance = np.diag([0.01, speed, INITIAL_BIAS**2, self._wander_m**2])
-        self._bank = OnsetBank()
+        self._bank = HeightOffsets()
         self._manoeuvres.clear()
-        self._scatter.forget_recent()
+        self._scatter.hold()
         self._learning(settle_s)
 
     def _step(self, a: Sum, b: Sum, measured: Array, stamp_ns: int, with_velocity: bool) -> None:
@@ -192,20 +267,16 @@ class VerticalChannel:
         x = f @ self._x + np.array([0.5 * gained * dt, gained, 0.0, 0.0])
         covariance = f @ self._covariance @ f.T + noise
         speed_noise = VELOCITY_NOISE if with_velocity else NO_VELOCITY
-        spread = MEASURES @ covariance @ MEASURES.T + np.diag([HEIGHT_NOISE**2, speed_noise**2])
-        precision = np.linalg.inv(spread)
-        gain = covariance @ MEASURES.T @ precision
-        innovation = measured - MEASURES @ x
-        self._bank.update(b.stamp_ns / NANOSECONDS, f, MEASURES, gain, precision, innovation)
-        x = x + gain @ innovation
+        variances = np.array([HEIGHT_NOISE**2, speed_noise**2])
+        found, self._covariance = update(covariance, MEASURES, measured - MEASURES @ x, variances)
+        self._bank.update(b.stamp_ns / NANOSECONDS, f, found)
+        x = x + found.correction
         x[2] = min(p.max_bias, max(-p.max_bias, x[2]))
-        covariance = (np.eye(4) - gain @ MEASURES) @ covariance
-        self._covariance = 0.5 * (covariance + covariance.T)
         self._x, self._bias, self._begun = x, float(x[2]), True
         if with_velocity:
-            self._scatter.add(stamp_ns, float(innovation[1]), dt)
+            self._scatter.add(stamp_ns, float(found.residual[1]), dt)
 
-    def _judge(self, t_s: float) -> Finding:
+    def _judge(self) -> Finding:
         p, scale = self._p, self._scatter.scale
         scale *= 1.0 + p.manoeuvre_gain * max(0.0, max(self._manoeuvres) - CALM_MANOEUVRE)
         limits = (
@@ -215,7 +286,7 @@ class VerticalChannel:
             p.limit_step,
         )
         best: tuple[float, Evidence, str] = (-1.0, Evidence(0.0, 0.0, 0.0), "")
-        evidence = self._bank.evidence(t_s, self._wander_m / WANDER_M)
+        evidence = self._bank.evidence(self._wander_m / WANDER_M)
         for limit, one, words in zip(limits, evidence, WORDS, strict=True):
             if one.score / limit > best[0]:
                 best = (one.score / limit, one, words)

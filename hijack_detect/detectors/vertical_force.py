@@ -8,7 +8,7 @@ from collections import deque
 from dataclasses import dataclass
 
 from hijack_detect.estimation.ekf import GRAVITY
-from hijack_detect.estimation.rotation import rotate
+from hijack_detect.estimation.rotation import rotate, up_component
 from hijack_detect.streams.samples import NANOSECONDS, AttitudeSample
 
 MAX_GAP_NS = NANOSECONDS // 4
@@ -83,8 +83,7 @@ class VerticalForce:
     def _refused(self, sample: AttitudeSample) -> str:
         if sample.orientation is None:
             return "attitude unknown"
-        x, y, _, _ = sample.orientation
-        if 1.0 - 2.0 * (x * x + y * y) < self._lowest_up:
+        if up_component(sample.orientation) < self._lowest_up:
             return "tilted too far"
         return ""
 

@@ -7,6 +7,9 @@ import math
 from collections import deque
 from collections.abc import Sequence
 
+FULL = 0.9
+"""Share of its length from which on a window is full. Samples do not lie on its ends: at 5 Hz one
+of 2 s spans 1.8 s."""
 SCALE = 1 << 40
 """Fixed-point units per unit: a resolution of 1e-12."""
 

@@ -10,6 +10,7 @@ a state, too: it does not tilt the vehicle.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -18,14 +19,13 @@ from hijack_detect.estimation.drag_noise import DragNoise, ForceNoise
 from hijack_detect.estimation.ekf import (
     ACCEL_BIAS,
     ATTITUDE,
-    POSITION,
     VELOCITY,
     ImuBlock,
-    Innovation,
     Observation,
     ProcessNoise,
-    add_diagonal,
+    Source,
 )
+from hijack_detect.estimation.kalman import Innovation, add_diagonal
 from hijack_detect.estimation.lag_ekf import LagEkf, ModelErrors
 from hijack_detect.estimation.rotation import Array, matrix, skew
 from hijack_detect.estimation.velocity_error import VelocityError, VelocityNoise
@@ -64,7 +64,7 @@ class AirEkf(LagEkf):
         self._walk = np.square(air.walks)
         self._force = ForceNoise(air)
         self.wind: Array = np.zeros(2)
-        self.drag: Array = np.array([air.drag[0], air.quadratic[0]])
+        self.drag: Array = np.array([air.drag[0], 0.0])
         self.tilt: Array = np.zeros(2)
         self._impulse: Array = np.zeros(2)
         self._seconds = 0.0
@@ -95,16 +95,16 @@ class AirEkf(LagEkf):
         phi[VELOCITY_ERROR, VELOCITY_ERROR] *= self.velocity_error.kept(float(dt.sum()))
         return phi
 
-    def gps(self, block: slice, measured: Array, variances: Array) -> Observation:
+    def gps(self, source: Source, measured: Array, variances: Array) -> Observation:
         """See LagEkf."""
-        rows, residual, noise = super().gps(block, measured, variances)
-        if block is not VELOCITY:
-            return rows, residual, noise
-        rows[:, VELOCITY_ERROR] = np.eye(3)
+        white = super().gps(source, measured, variances)
+        if source is not Source.VELOCITY:
+            return white
+        white.H[:, VELOCITY_ERROR] = np.eye(3)
         error = self.velocity_error
-        return rows, residual - error.value, noise * error.scale**2
+        return replace(white, residual=white.residual - error.value, R=white.R * error.scale**2)
 
-    def _anchor(self, rows: Array, residual: Array, noise: Array) -> None:
+    def _anchor(self, fix: Observation) -> None:
         """Where a fix jumps beside a velocity that does not, take the position for unknown.
 
         Reflections move fixes by some metres, and back. Taken for motion that tilts the filter; a
@@ -112,17 +112,18 @@ class AirEkf(LagEkf):
         """
         if self._seconds > LONGEST_S or self.heading_variance > MAX_HEADING_SIGMA**2:
             return
-        spread = rows @ self.covariance @ rows.T
-        add_diagonal(spread, slice(0, 2), noise)
-        if residual @ np.linalg.solve(spread, residual) > JUMPED:
+        H, residual = fix.H[:2], fix.residual[:2]
+        S = H @ self.covariance @ H.T
+        add_diagonal(S, slice(0, 2), fix.R[:2])
+        if residual @ np.linalg.solve(S, residual) > JUMPED:
             add_diagonal(self.covariance, slice(0, 2), float(residual @ residual))
 
-    def update(self, h: Array, residual: Array, r: Array) -> Innovation:
+    def update(self, seen: Observation) -> Innovation:
         """See Ekf; after each GPS velocity the drag since the last one is used, too."""
-        velocity = self._block is VELOCITY
-        if self._block is POSITION:
-            self._anchor(h[:2], residual[:2], r[:2])
-        found = super().update(h, residual, r)
+        velocity = seen.source is Source.VELOCITY
+        if seen.source is Source.POSITION and seen.horizontal:
+            self._anchor(seen)
+        found = super().update(seen)
         if velocity:
             self.velocity_error.learn(found)
         if velocity and self._seconds > SHORTEST_S:
@@ -138,16 +139,17 @@ class AirEkf(LagEkf):
         drag, quadratic = self.drag.tolist()
         expected, by_air, by_drag = drag_force((body @ through)[None, :2], drag, quadratic)
         turn = by_air[0] @ body[:2]
-        h = np.zeros((2, len(self.covariance)))
-        h[:, VELOCITY] = turn
-        h[:, ATTITUDE] = turn @ skew(through[None])[0]
-        h[:, ACCEL_BIAS.start : ACCEL_BIAS.start + 2] = np.eye(2)
-        h[:, WIND] = -turn[:, :2]
-        h[:, DRAG] = by_drag[0]
-        h[:, TILT] = np.eye(2)
+        H = np.zeros((2, len(self.covariance)))
+        H[:, VELOCITY] = turn
+        H[:, ATTITUDE] = turn @ skew(through[None])[0]
+        H[:, ACCEL_BIAS.start : ACCEL_BIAS.start + 2] = np.eye(2)
+        H[:, WIND] = -turn[:, :2]
+        H[:, DRAG] = by_drag[0]
+        H[:, TILT] = np.eye(2)
         innovation = force - expected[0] - self.tilt - self.accel_bias[:2]
-        spread = h @ self.covariance @ h.T
-        super().update(h, innovation, np.full(2, self._force.variance(spread, innovation, seconds)))
+        spread = H @ self.covariance @ H.T
+        variance = self._force.variance(spread, innovation, seconds)
+        super().update(Observation(Source.DRAG, H, innovation, np.full(2, variance)))
 
     def _inject(self, error: Array) -> None:
         super()._inject(error)

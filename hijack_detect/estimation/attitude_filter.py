@@ -20,6 +20,7 @@ from hijack_detect.estimation.ekf import (
     Ekf,
     Observation,
     ProcessNoise,
+    Source,
 )
 from hijack_detect.estimation.filter_bank import FilterBank
 from hijack_detect.estimation.geodesy import LocalFrame
@@ -288,7 +289,7 @@ class AttitudeFilter:
             bank.split(math.radians(self._parameters.align_sigma_deg))
         p = self._parameters
         variances = np.square([p.position_sigma, p.position_sigma, p.height_sigma])
-        self._measure(bank, POSITION, position, variances, sample_ns=fix.stamp_ns)
+        self._measure(bank, Source.POSITION, position, variances, sample_ns=fix.stamp_ns)
         return True
 
     def _velocity(self, bank: FilterBank, sample: VelocitySample) -> bool:
@@ -297,13 +298,12 @@ class AttitudeFilter:
             return False
         self._advance(bank, sample.stamp_ns - self._lag_ns)
         variances = np.full(3, self._parameters.velocity_sigma**2)
-        self._measure(
-            bank, VELOCITY, np.array(sample.velocity), variances, sample_ns=sample.stamp_ns
-        )
+        measured = np.array(sample.velocity)
+        self._measure(bank, Source.VELOCITY, measured, variances, sample_ns=sample.stamp_ns)
         return True
 
     def _measure(
-        self, bank: FilterBank, block: slice, measured: Array, variances: Array, sample_ns: int
+        self, bank: FilterBank, source: Source, measured: Array, variances: Array, sample_ns: int
     ) -> None:
         """Use a GPS measurement; before the heading is known only its vertical part.
 
@@ -318,22 +318,22 @@ class AttitudeFilter:
         lost = last_ns is None or sample_ns - last_ns > VERTICAL_LOST_NS
 
         def observe(ekf: Ekf) -> Observation:
-            rows, residual, noise = ekf.gps(block, measured, variances)
+            seen = ekf.gps(source, measured, variances)
+            H, residual, R = seen.H, seen.residual, seen.R
             if not vertical:
-                rows, residual, noise = rows[:2], residual[:2], noise[:2]
+                H, residual, R = H[:2], residual[:2], R[:2]
                 if lost:
                     level = np.eye(len(ekf.covariance))[5:6]
-                    rows = np.vstack([rows, level])
+                    H = np.vstack([H, level])
                     residual = np.append(residual, -ekf.velocity[2])
-                    noise = np.append(noise, USUAL_CLIMB**2)
+                    R = np.append(R, USUAL_CLIMB**2)
             if self._aligned:
-                return rows, residual, noise
+                return Observation(source, H, residual, R)
             still = np.eye(len(ekf.covariance))[3:5]
-            return (
-                np.vstack([still, rows[2:]]),
-                np.concatenate([-ekf.velocity[:2], residual[2:]]),
-                np.concatenate([[1.0, 1.0], noise[2:]]),
-            )
+            H = np.vstack([still, H[2:]])
+            residual = np.concatenate([-ekf.velocity[:2], residual[2:]])
+            R = np.concatenate([[1.0, 1.0], R[2:]])
+            return Observation(source, H, residual, R, horizontal=False)
 
         bank.measure(observe)
         if self._sure_before is not None:
@@ -368,9 +368,9 @@ class AttitudeFilter:
 
         def observe(ekf: Ekf) -> Observation:
             angle, by_attitude = heading_error(ekf.attitude, sample.field, turn)
-            h = np.zeros((1, len(ekf.covariance)))
-            h[0, ATTITUDE] = by_attitude
-            return h, np.array([angle]), variance
+            H = np.zeros((1, len(ekf.covariance)))
+            H[0, ATTITUDE] = by_attitude
+            return Observation(Source.FIELD, H, np.array([angle]), variance)
 
         bank.measure(observe)
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from hijack_detect.estimation.ekf import GRAVITY
 from hijack_detect.estimation.imu_buffer import mean
+from hijack_detect.estimation.kalman import update
 from hijack_detect.estimation.magnetic import field_enu
 from hijack_detect.estimation.rotation import (
     Array,
@@ -280,13 +281,10 @@ class Compass:
         self._aligned = True
 
     def _update(self, h: Array, residual: Array, variance: float) -> None:
-        """Kalman update in Joseph form with equal variances of the noise."""
-        p = self._covariance
-        s = h @ p @ h.T + variance * np.eye(len(h))
-        gain = np.linalg.solve(s, h @ p).T
-        keep = np.eye(6) - gain @ h
-        self._covariance = keep @ p @ keep.T + variance * gain @ gain.T
-        dx, dy, dz, bx, by, bz = (gain @ residual).tolist()
+        """Use a measurement with equal variances of the noise."""
+        noise = np.full(len(h), variance)
+        found, self._covariance = update(self._covariance, h, residual, noise)
+        dx, dy, dz, bx, by, bz = found.correction.tolist()
         self.attitude = normalized(multiply(exponential((dx, dy, dz)), self.attitude))
         x, y, z = self.gyro_bias
         self.gyro_bias = (_bounded(x + bx), _bounded(y + by), _bounded(z + bz))

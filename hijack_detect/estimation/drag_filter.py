@@ -16,7 +16,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from hijack_detect.estimation.drag_model import SMALLEST_DRAG, drag_force
-from hijack_detect.estimation.drag_noise import HUBER, DragNoise, ForceNoise
+from hijack_detect.estimation.drag_noise import FORCE, HUBER, DragNoise, ForceNoise
+from hijack_detect.estimation.drag_noise import WIND as FIRST_WIND
+from hijack_detect.estimation.kalman import update
 from hijack_detect.estimation.rotation import Array
 
 WIND, DRAG, QUADRATIC, BIAS = slice(0, 2), 2, 3, slice(4, 6)
@@ -86,7 +88,7 @@ class DragFilter:
     def __init__(self, noise: DragNoise) -> None:
         """Start with what is known of any multirotor."""
         self._noise = n = noise
-        self.state: Array = np.array([0.0, 0.0, n.drag[0], n.quadratic[0], 0.0, 0.0])
+        self.state: Array = np.array([0.0, 0.0, n.drag[0], 0.0, 0.0, 0.0])
         self.covariance: Array = np.diag(np.square(n.sigmas))
         self._force = ForceNoise(n)
         self._walk = np.diag(np.square(n.walks))
@@ -119,7 +121,7 @@ class DragFilter:
         self.state[WIND] = 0.0
         self.covariance = self.covariance.copy()
         self.covariance[WIND] = self.covariance[:, WIND] = 0.0
-        self.covariance[0, 0] = self.covariance[1, 1] = self._noise.wind**2
+        self.covariance[0, 0] = self.covariance[1, 1] = FIRST_WIND**2
 
     def wait(self, seconds: float) -> None:
         """Let time pass."""
@@ -130,15 +132,11 @@ class DragFilter:
         residual, h = _linearized(
             self.state, block.turn[None], block.velocity[None], block.force[None]
         )
-        innovation = residual[0]
         spread = h[0] @ self.covariance @ h[0].T
-        s = spread + self._force.variance(spread, innovation, block.seconds) * np.eye(2)
-        gain = np.linalg.solve(s, h[0] @ self.covariance).T
-        self.state = self.state + gain @ innovation
+        variance = self._force.variance(spread, residual[0], block.seconds)
+        found, self.covariance = update(self.covariance, h[0], residual[0], np.full(2, variance))
+        self.state = self.state + found.correction
         self.state[DRAG] = max(float(self.state[DRAG]), SMALLEST_DRAG)
-        reduced = np.eye(6) - gain @ h[0]
-        covariance = reduced @ self.covariance
-        self.covariance = 0.5 * (covariance + covariance.T)
 
     def wind_change(self, blocks: Sequence[AirBlock], prior: float) -> WindChange:
         """The change of wind between this filter and later blocks, drag and bias kept.
@@ -167,7 +165,7 @@ class DragFilter:
             now[DRAG] = max(float(now[DRAG]), SMALLEST_DRAG)
             residual, h6 = _linearized(now, turn, velocity, force)
             h = np.concatenate([h6, h6[:, :, WIND]], axis=2)
-            scale = max(self.residual, self._noise.force)
+            scale = max(self.residual, FORCE)
             sizes = np.sqrt(0.5 * np.sum(residual**2, axis=1)) / scale
             weight = np.minimum(1.0, HUBER / np.maximum(sizes, 1e-9)) / r
             information = known + np.einsum("n,nij,nik->jk", weight, h, h)

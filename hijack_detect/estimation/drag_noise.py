@@ -16,48 +16,53 @@ MEMORY_S = 30.0
 """The residual is that of about so long."""
 
 
+FORCE = 0.08
+"""m/s²: the residual is taken to be at least this. Chosen: the noise of a MEMS accelerometer
+(400 µg/√Hz, MPU-6000) over 0.2 s is a tenth of it, so it stands for what is not white."""
+FIRST_RESIDUAL = 0.25
+"""m/s²: the residual before it is measured. Chosen: about half of what `drag` believes at most."""
+WIND = 6.0
+"""m/s, standard deviation of the first wind along each axis. Chosen: 95 % of winds are then below
+2.45 times as much (Rayleigh), 15 m/s, and small multirotors are rated for 10 to 12 m/s."""
+DRAG_WALK = 0.002
+"""1/s/√s, random walk of k. Chosen: 0.05 in ten minutes, less than it differs between vehicles."""
+BIAS_WALK = 0.005
+"""m/s²/√s, random walk of the bias. 0.003 to 0.01 fit the accelerometers of 11 of 13 recorded
+flights best, see `accel_bias_walk` of coast."""
+
+
 @dataclass(frozen=True)
 class DragNoise:
-    """What the filter assumes; standard deviations, walks are per square root of a second.
+    """What a filter assumes of wind and vehicle.
 
     Attributes:
-        force: Of the force of one block about the model, at least, m/s².
-        first_residual: The same, before it is measured, m/s².
-        correlation_s: How long a gust keeps such an error.
-        wind: First wind, m/s.
+        correlation_s: How long a gust keeps the force away from the model, s.
         drag: Mean and deviation of the first k, 1/s.
-        quadratic: Mean and deviation of the first q, 1/m.
-        bias: First bias, m/s².
-        wind_walk: m/s.
-        drag_walk: 1/s.
-        bias_walk: m/s².
+        quadratic_sigma: Deviation of the first q, whose mean is 0, 1/m.
+        bias: Deviation of the first bias, m/s².
+        wind_walk: Random walk of the wind, m/s/√s.
     """
 
-    force: float = 0.08
-    first_residual: float = 0.25
-    correlation_s: float = 1.0
-    wind: float = 6.0
-    drag: tuple[float, float] = (0.25, 0.08)
-    quadratic: tuple[float, float] = (0.0, 0.01)
-    bias: float = 0.2
-    wind_walk: float = 0.15
-    drag_walk: float = 0.002
-    bias_walk: float = 0.005
+    correlation_s: float
+    drag: tuple[float, float]
+    quadratic_sigma: float
+    bias: float
+    wind_walk: float
 
     @property
     def sigmas(self) -> tuple[float, ...]:
         """First standard deviations of wind (2), k, q and bias (2)."""
-        return (self.wind, self.wind, self.drag[1], self.quadratic[1], self.bias, self.bias)
+        return (WIND, WIND, self.drag[1], self.quadratic_sigma, self.bias, self.bias)
 
     @property
     def walks(self) -> tuple[float, ...]:
         """Random walks of wind (2), k, q and bias (2)."""
-        wind, bias = self.wind_walk, self.bias_walk
-        return (wind, wind, self.drag_walk, 0.0, bias, bias)
+        wind = self.wind_walk
+        return (wind, wind, DRAG_WALK, 0.0, BIAS_WALK, BIAS_WALK)
 
     def variance(self, residual: float, seconds: float) -> float:
         """Variance of the force of a block, of which so many follow within one gust."""
-        return max(self.force, residual) ** 2 * max(1.0, 2.0 * self.correlation_s / seconds)
+        return max(FORCE, residual) ** 2 * max(1.0, 2.0 * self.correlation_s / seconds)
 
 
 class ForceNoise:
@@ -66,7 +71,7 @@ class ForceNoise:
     def __init__(self, noise: DragNoise) -> None:
         """Start with the first residual."""
         self._noise = noise
-        self.residual = noise.first_residual
+        self.residual = FIRST_RESIDUAL
         """Root mean square of what is left of the force, m/s²."""
 
     def variance(self, spread: Array, innovation: Array, seconds: float) -> float:

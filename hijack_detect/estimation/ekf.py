@@ -11,11 +11,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from enum import Enum
 from functools import cached_property
-from typing import TypeAlias
 
 import numpy as np
 
+from hijack_detect.estimation.kalman import Innovation, add_diagonal, update
 from hijack_detect.estimation.rotation import (
     UNIT,
     Array,
@@ -42,8 +43,37 @@ UNSEEN_RATE, UNSEEN_ACCELERATION = 0.5, 3.0
 """rad/s and m/s²: what it may have done then, standard deviations of a vehicle that manoeuvres."""
 
 
-Observation: TypeAlias = tuple[Array, Array, Array]
-"""Observation matrix (m, n), measured minus predicted (m,), and noise variances (m,)."""
+class Source(Enum):
+    """What an observation was measured by."""
+
+    POSITION = "position"
+    """Position of the GPS."""
+    VELOCITY = "velocity"
+    """Velocity of the GPS."""
+    FIELD = "field"
+    """Magnetometer."""
+    DRAG = "drag"
+    """Specific force that the air exerts."""
+
+
+@dataclass(frozen=True, slots=True)
+class Observation:
+    """A measurement as a filter of n states sees it.
+
+    Attributes:
+        source: What measured it.
+        H: Observation matrix, shape (m, n).
+        residual: Measured minus predicted, shape (m,).
+        R: Variances of the measurement noise, shape (m,).
+        horizontal: Whether the first two rows are East and North of the GPS. Without a heading
+            they are the assumption that the vehicle stands still, see `AttitudeFilter`.
+    """
+
+    source: Source
+    H: Array
+    residual: Array
+    R: Array
+    horizontal: bool = True
 
 
 @dataclass(frozen=True)
@@ -78,28 +108,6 @@ class ImuBlock:
     def seconds(self) -> float:
         """Length of the block, s."""
         return float(self.dt.sum())
-
-
-@dataclass(frozen=True, slots=True)
-class Innovation:
-    """What a measurement said that the filter did not expect.
-
-    Attributes:
-        h: Observation matrix, shape (m, n) for n error states.
-        residual: Measured minus predicted, shape (m,).
-        precision: Inverse of its covariance, shape (m, m).
-        gain: Kalman gain, shape (n, m).
-    """
-
-    h: Array
-    residual: Array
-    precision: Array
-    gain: Array
-
-    def log_likelihood(self) -> float:
-        """Logarithm of the residual's density, without its constant term."""
-        distance = self.residual @ self.precision @ self.residual
-        return float(0.5 * (np.linalg.slogdet(self.precision)[1] - distance))
 
 
 class Ekf:
@@ -185,18 +193,21 @@ class Ekf:
             noise[VELOCITY] += (UNSEEN_ACCELERATION * seconds) ** 2
             noise[ATTITUDE] += (UNSEEN_RATE * seconds) ** 2
 
-    def gps(self, block: slice, measured: Array, variances: Array) -> Observation:
-        """What a GPS position (block POSITION) or velocity (VELOCITY) observes.
+    def gps(self, source: Source, measured: Array, variances: Array) -> Observation:
+        """Observation of a GPS position or velocity.
 
         Args:
-            block: Which of the two.
+            source: Which of the two.
             measured: ENU, m or m/s, shape (3,).
             variances: Of the measurement's noise, shape (3,).
         """
-        state = self.position if block is POSITION else self.velocity
-        rows = np.zeros((3, len(self.covariance)))
-        rows[:, block] = UNIT
-        return rows, measured - state, variances
+        H = np.zeros((3, len(self.covariance)))
+        if source is Source.POSITION:
+            block, predicted = POSITION, self.position
+        else:
+            block, predicted = VELOCITY, self.velocity
+        H[:, block] = UNIT
+        return Observation(source, H, measured - predicted, variances)
 
     @property
     def beyond_band(self) -> float:
@@ -206,24 +217,11 @@ class Ekf:
     def rebase(self, shift_s: float) -> None:
         """The filter runs later by this from now on, s; for those that know lags."""
 
-    def update(self, h: Array, residual: Array, r: Array) -> Innovation:
-        """Kalman update in Joseph form.
-
-        Args:
-            h: Observation matrix, shape (m, n) for n error states.
-            residual: Measured minus predicted, shape (m,).
-            r: Variances of the measurement noise, shape (m,).
-        """
-        seen = h @ self.covariance
-        spread = seen @ h.T
-        add_diagonal(spread, slice(0, len(r)), r)
-        precision = np.linalg.inv(spread)
-        gain = seen.T @ precision
-        keep = -(gain @ h)
-        add_diagonal(keep, slice(0, len(keep)), 1.0)
-        self.covariance = keep @ self.covariance @ keep.T + (gain * r) @ gain.T
-        self._inject(gain @ residual)
-        return Innovation(h, residual, precision, gain)
+    def update(self, seen: Observation) -> Innovation:
+        """Use an observation."""
+        found, self.covariance = update(self.covariance, seen.H, seen.residual, seen.R)
+        self._inject(found.correction)
+        return found
 
     def _inject(self, error: Array) -> None:
         self.position = self.position + error[POSITION]
@@ -257,12 +255,6 @@ class Ekf:
     def heading_variance(self) -> float:
         """Variance of the heading, rad²."""
         return float(self.covariance[8, 8])
-
-
-def add_diagonal(matrix: Array, block: slice, values: Array | float) -> None:
-    """Add to the diagonal of some states; of a square matrix, in place."""
-    step = len(matrix) + 1
-    matrix.flat[block.start * step : block.stop * step : step] += values
 
 
 def _transition(dt: Array, rotation: Array, force: Array, size: int) -> Array:

@@ -68,10 +68,10 @@ class FilterBank:
             observe: What the measurement says to a filter.
         """
         if self.decided:
-            self.best.update(*observe(self.best))
+            self.best.update(observe(self.best))
             return
         for k, ekf in enumerate(self._filters):
-            self._scores[k] += ekf.update(*observe(ekf)).log_likelihood()
+            self._scores[k] += ekf.update(observe(ekf)).log_likelihood()
         self._prune()
 
     def _prune(self) -> None:

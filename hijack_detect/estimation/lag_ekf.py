@@ -13,15 +13,15 @@ import numpy as np
 from hijack_detect.estimation.ekf import (
     ATTITUDE,
     GRAVITY,
-    POSITION,
     UP,
     VELOCITY,
     Ekf,
     ImuBlock,
-    Innovation,
     Observation,
     ProcessNoise,
+    Source,
 )
+from hijack_detect.estimation.kalman import Innovation
 from hijack_detect.estimation.rotation import Array
 from hijack_detect.streams.samples import Quaternion
 
@@ -50,10 +50,7 @@ class ModelErrors:
     Attributes:
         lag_sigma_s: Lags differ between receivers by this, and that of position from that of
             velocity, standard deviation, s.
-        lag_walk: Random walk of the lag up to MOST_LAG_SIGMA_S, s/√s. Of a receiver in order it
-            is 0.001; with 0.05 the filter follows one whose latency grows by 1.2 s within 10 s.
-            With 0.03 a turn in such a time alarms (54 flights with growing latency), with 0.1
-            wrong lags take up accelerations (recorded flights).
+        lag_walk: Random walk of the lag up to MOST_LAG_SIGMA_S, s/√s.
         lag_difference_walk: The same for the difference of the two.
         lag_jitter_s: Velocity noise grows with acceleration times this, s.
         position_jitter_s: Position noise grows with speed times this, s.
@@ -64,16 +61,16 @@ class ModelErrors:
         max_rate: The same for the angular velocity, rad/s.
     """
 
-    lag_sigma_s: float = 0.07
-    lag_walk: float = 0.05
-    lag_difference_walk: float = 0.001
-    lag_jitter_s: float = 0.1
-    position_jitter_s: float = 0.05
-    force_scale: float = 0.03
-    rate_scale: float = 0.02
-    max_lag_s: float = 0.4
-    max_force: float = math.inf
-    max_rate: float = math.inf
+    lag_sigma_s: float
+    lag_walk: float
+    lag_difference_walk: float
+    lag_jitter_s: float
+    position_jitter_s: float
+    force_scale: float
+    rate_scale: float
+    max_lag_s: float
+    max_force: float
+    max_rate: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,14 +83,16 @@ class Propagated:
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """The filter used a measurement.
+    """The filter used an observation.
 
     Attributes:
-        block: POSITION or VELOCITY for one of the GPS, None for another sensor's.
-        innovation: What it said.
+        source: See Observation.
+        horizontal: See Observation.
+        innovation: The filter's innovation, shapes as in `kalman`.
     """
 
-    block: slice | None
+    source: Source
+    horizontal: bool
     innovation: Innovation
 
 
@@ -132,7 +131,6 @@ class LagEkf(Ekf):
         """Mean over the last block, ENU, m/s²."""
         self.steps: deque[Propagated | Measured] = deque(maxlen=STEPS)
         """What was done since this was emptied; a filter that nobody reads keeps the newest."""
-        self._block: slice | None = None
 
     @property
     def beyond_band(self) -> float:
@@ -180,27 +178,26 @@ class LagEkf(Ekf):
             self.add_unseen(noise, float(block.dt[wild].sum()))
         return noise
 
-    def gps(self, block: slice, measured: Array, variances: Array) -> Observation:
+    def gps(self, source: Source, measured: Array, variances: Array) -> Observation:
         """See Ekf. A measurement that lags by τ shows p − τv or v − τa."""
-        rows, residual, noise = super().gps(block, measured, variances)
-        self._block = block
-        if block is POSITION:
+        prompt = super().gps(source, measured, variances)
+        H = prompt.H
+        if source is Source.POSITION:
             rate = self.velocity
             more = self._errors.position_jitter_s * math.hypot(*rate[:2].tolist())
-            rows[:, DIFFERENCE] = -rate
+            H[:, DIFFERENCE] = -rate
             lag = self.lags.sum()
         else:
             rate = self.acceleration
             more = self._errors.lag_jitter_s * math.hypot(*rate.tolist())
             lag = self.lags[0]
-        rows[:, LAG] = -rate
-        return rows, residual + lag * rate, noise + more**2
+        H[:, LAG] = -rate
+        return Observation(source, H, prompt.residual + lag * rate, prompt.R + more**2)
 
-    def update(self, h: Array, residual: Array, r: Array) -> Innovation:
+    def update(self, seen: Observation) -> Innovation:
         """See Ekf; the step is recorded."""
-        block, self._block = self._block, None
-        found = super().update(h, residual, r)
-        self.steps.append(Measured(block, found))
+        found = super().update(seen)
+        self.steps.append(Measured(seen.source, seen.horizontal, found))
         return found
 
     def _inject(self, error: Array) -> None:

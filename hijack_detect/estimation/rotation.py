@@ -26,6 +26,12 @@ def wrap(angle: float) -> float:
     return math.pi if wrapped == -math.pi else wrapped
 
 
+def up_component(q: Quaternion) -> float:
+    """Cosine of the tilt: the Up component of the body's z axis."""
+    x, y, _, _ = q
+    return 1.0 - 2.0 * (x * x + y * y)
+
+
 def multiply(a: Quaternion, b: Quaternion) -> Quaternion:
     """Hamilton product: the rotation b followed by a."""
     ax, ay, az, aw = a

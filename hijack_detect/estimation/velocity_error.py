@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hijack_detect.estimation.ekf import Innovation
-from hijack_detect.estimation.noise_scale import NoiseScale
+from hijack_detect.estimation.kalman import Innovation
+from hijack_detect.estimation.learning import NoiseScale
 from hijack_detect.estimation.rotation import Array
 from hijack_detect.streams.samples import NANOSECONDS
 
@@ -90,5 +90,5 @@ class VelocityError:
 
     def learn(self, found: Innovation) -> None:
         """Take the innovation of a GPS velocity."""
-        expected = float(found.residual @ found.precision @ found.residual) / len(found.residual)
-        self._scale.add(round(self._time_s * NANOSECONDS), expected * self.scale**2)
+        whitened = found.distance / len(found.residual)
+        self._scale.add(round(self._time_s * NANOSECONDS), whitened * self.scale**2)

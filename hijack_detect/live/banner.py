@@ -6,8 +6,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from hijack_detect.detectors.fused import Fused
 from hijack_detect.detectors.verdict import JUDGED, RAISED, State, Verdict
+from hijack_detect.monitor.verdict_messages import FusionStatus
 from hijack_detect.promise import SILENT_S
 
 
@@ -21,7 +21,7 @@ class Heard:
 
     silent_s: float | None
     alert: bool
-    fused: Fused | None
+    fused: FusionStatus | None
     stale: str
     verdicts: Mapping[str, Verdict]
 

@@ -10,11 +10,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from hijack_detect.detectors.fused import Fused
 from hijack_detect.detectors.verdict import JUDGED, State, Verdict
 from hijack_detect.estimation.geodesy import LocalFrame
 from hijack_detect.live.banner import Heard, said, sentence, word
 from hijack_detect.live.series import Curve, Series
+from hijack_detect.monitor.verdict_messages import FusionStatus
 from hijack_detect.streams.samples import NANOSECONDS, FixSample
 
 KEPT_S = 600.0
@@ -72,7 +72,7 @@ class Picture:
         self._newest_ns = 0
         self._frame: LocalFrame | None = None
         self._position: Frame | None = None
-        self._fused: Fused | None = None
+        self._fused: FusionStatus | None = None
         self._stale = ""
         self._verdicts: dict[str, Verdict] = {}
         self._heard_s: dict[str, float] = {}
@@ -112,7 +112,7 @@ class Picture:
             judging = verdict.state in JUDGED and math.isfinite(verdict.margin)
             self._curves[name].hear(time_s, round(verdict.margin, 3) if judging else None)
 
-    def hear_fused(self, fused: Fused) -> None:
+    def hear_fused(self, fused: FusionStatus) -> None:
         """Take what the fusion says."""
         with self._lock:
             time_s = self._time(fused.stamp_ns, "fusion")

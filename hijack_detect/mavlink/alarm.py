@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Protocol
 
-from hijack_detect.detectors.fused import Fused
 from hijack_detect.mavlink.codec import TEXT_BYTES
+from hijack_detect.monitor.verdict_messages import FusionStatus
 from hijack_detect.promise import SILENT_S, START_S
 from hijack_detect.streams.samples import NANOSECONDS
 
@@ -43,7 +43,7 @@ class Cause:
     detectors: tuple[str, ...]
 
 
-def cause_of(fused: Fused) -> Cause | None:
+def cause_of(fused: FusionStatus) -> Cause | None:
     """What a fusion/verdict says of an alert; None if it says there is none."""
     if not fused.alert:
         return None

@@ -25,7 +25,8 @@ from hijack_detect.detectors.fusion import SILENT_S, Fusion, FusionResult
 from hijack_detect.detectors.fusion_parameters import FusionParameters
 from hijack_detect.detectors.verdict import State
 from hijack_detect.monitor.graph import heard
-from hijack_detect.nodes.messages import fusion_message, verdict_from
+from hijack_detect.monitor.verdict_messages import verdict_from
+from hijack_detect.nodes.messages import fusion_message
 from hijack_detect.nodes.outlet import Outlet
 from hijack_detect.nodes.publishers import PublisherWatch
 from hijack_detect.nodes.qos import ALERT, INTERNAL

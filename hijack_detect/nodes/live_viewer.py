@@ -16,10 +16,9 @@ from sensor_msgs.msg import NavSatFix
 from std_msgs.msg import Bool, Float64
 
 from hijack_detect.bags.topics import OWN_TOPICS, PRESETS
-from hijack_detect.detectors.fused import fused_from
 from hijack_detect.live.picture import Picture
+from hijack_detect.monitor.verdict_messages import fusion_from, verdict_from
 from hijack_detect.nodes.fusion import ALERT_SUBJECT, ALERT_TOPIC
-from hijack_detect.nodes.messages import verdict_from
 from hijack_detect.nodes.qos import STATE
 from hijack_detect.streams.messages import BadMessage, fix_sample
 
@@ -61,7 +60,7 @@ class LiveViewer(Node):
         for name in picture.detectors:
             self._hear(DiagnosticArray, f"{name}/verdict", partial(self._verdict, name))
         self._hear(
-            DiagnosticArray, "fusion/verdict", lambda told: picture.hear_fused(fused_from(told))
+            DiagnosticArray, "fusion/verdict", lambda told: picture.hear_fused(fusion_from(told))
         )
         self._hear(Bool, ALERT_TOPIC, lambda told: picture.hear_alert(told.data), STATE)
         self._hear(Float64, "hijack_confidence", lambda told: picture.hear_confidence(told.data))

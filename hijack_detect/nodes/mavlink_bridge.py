@@ -22,7 +22,6 @@ from std_msgs.msg import Bool
 
 from hijack_detect.bags.encoding import encode_sample
 from hijack_detect.bags.topics import OWN_TOPICS, TYPES
-from hijack_detect.detectors.fused import fused_from
 from hijack_detect.level import Level
 from hijack_detect.logs.logged import Logged
 from hijack_detect.mavlink.alarm import cause_of
@@ -32,6 +31,7 @@ from hijack_detect.mavlink.link import Address, place
 from hijack_detect.mavlink.parameters import BridgeParameters
 from hijack_detect.mavlink.report import INPUTS, Reporter
 from hijack_detect.mavlink.worker import Worker
+from hijack_detect.monitor.verdict_messages import fusion_from
 from hijack_detect.nodes.commanded import Commanded
 from hijack_detect.nodes.diagnostics import Diagnostics
 from hijack_detect.nodes.levels import STATUS_LEVELS, log
@@ -115,7 +115,7 @@ class MavlinkBridge(Node):
 
     def _explain(self, data: bytes) -> None:
         try:
-            fused = fused_from(deserialize_message(data, DiagnosticArray))
+            fused = fusion_from(deserialize_message(data, DiagnosticArray))
         except BadMessage as error:
             self.get_logger().warning(f"fusion/verdict: {error}", throttle_duration_sec=10.0)
             return

@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""From samples and verdicts to ROS messages, and verdicts back."""
+"""From samples and verdicts to ROS messages."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from sensor_msgs.msg import Imu
 
 from hijack_detect.detectors.fusion import FusionResult
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.streams.messages import BadMessage, header_stamp_ns, only_status
+from hijack_detect.monitor.verdict_messages import fusion_values, verdict_values
 from hijack_detect.streams.samples import NANOSECONDS, AttitudeSample, CourseSample, PhaseSample
 
 LEVELS = {
@@ -89,55 +89,14 @@ def course_message(sample: CourseSample, frame_id: str) -> QuaternionStamped:
 
 def verdict_message(verdict: Verdict) -> DiagnosticArray:
     """A verdict as `diagnostic_msgs/DiagnosticArray`; numbers as text that reads back exactly."""
-    values = {
-        "state": verdict.state.value,
-        "score": repr(verdict.score),
-        "threshold": repr(verdict.threshold),
-        "margin": repr(verdict.margin),
-        **{name: repr(value) for name, value in verdict.values.items()},
-    }
+    values = verdict_values(verdict)
     return _array(verdict.stamp_ns, verdict.detector, verdict.state, verdict.reason, values)
 
 
 def fusion_message(result: FusionResult) -> DiagnosticArray:
     """The fusion's result as `diagnostic_msgs/DiagnosticArray`."""
-    since = "" if result.alert_since_ns is None else str(result.alert_since_ns)
-    values = {
-        "state": result.state.value,
-        "alert": str(result.alert).lower(),
-        "alert_since_ns": since,
-        "confidence": repr(result.confidence),
-        "lost": " ".join(result.lost),
-        "degraded": " ".join(result.degraded),
-        "causes": " ".join(result.causes),
-        **({} if result.silent_s is None else {"silent_s": f"{result.silent_s:.1f}"}),
-        **{f"{name}.state": v.state.value for name, v in result.detectors.items()},
-        **{f"{name}.margin": repr(v.margin) for name, v in result.detectors.items()},
-    }
+    values = fusion_values(result)
     return _array(result.stamp_ns, "fusion", result.state, result.reason, values)
-
-
-def verdict_from(message: DiagnosticArray) -> Verdict:
-    """The verdict in a message made by `verdict_message`.
-
-    Raises:
-        BadMessage: It is no verdict; the text says what is missing or wrong.
-    """
-    status = only_status(message)
-    values = {pair.key: pair.value for pair in status.values}
-    try:
-        state = State(values.pop("state"))
-        score, threshold = float(values.pop("score")), float(values.pop("threshold"))
-        values.pop("margin", None)
-        numbers = {name: float(value) for name, value in values.items()}
-    except KeyError as error:
-        raise BadMessage(f"the verdict of {status.name!r} has no {error}") from error
-    except ValueError as error:
-        raise BadMessage(f"the verdict of {status.name!r}: {error}") from error
-    if not (math.isfinite(score) and math.isfinite(threshold) and threshold > 0.0):
-        raise BadMessage(f"the verdict of {status.name!r} has score {score} over {threshold}")
-    stamp_ns = header_stamp_ns(message)
-    return Verdict(status.name, stamp_ns, state, score, threshold, status.message, numbers)
 
 
 def _array(

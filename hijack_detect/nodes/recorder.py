@@ -29,10 +29,10 @@ from hijack_detect import __version__
 from hijack_detect.bags.topics import OWN_TOPICS, TYPES
 from hijack_detect.level import Level
 from hijack_detect.monitor.graph import DETECTORS
+from hijack_detect.monitor.verdict_messages import verdict_from
 from hijack_detect.nodes.diagnostics import Diagnostics
 from hijack_detect.nodes.levels import STATUS_LEVELS, log
 from hijack_detect.nodes.message_types import message_class
-from hijack_detect.nodes.messages import verdict_from
 from hijack_detect.nodes.parameters import declare, naming
 from hijack_detect.nodes.qos import INTERNAL, OVERRIDES, SENSOR, STATE
 from hijack_detect.nodes.running import run

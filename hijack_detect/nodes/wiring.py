@@ -15,7 +15,7 @@ from sensor_msgs.msg import Imu
 
 from hijack_detect.nodes.qos import INTERNAL, OVERRIDES, SENSOR
 from hijack_detect.streams.absence import Absence
-from hijack_detect.streams.imu_bytes import FROM_BYTES, stamp_from_bytes
+from hijack_detect.streams.cdr import FROM_BYTES, stamp_from_bytes
 from hijack_detect.streams.messages import CONVERTERS, header_stamp_ns
 from hijack_detect.streams.receiver_clock import Passed, ReceiverClock
 

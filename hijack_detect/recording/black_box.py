@@ -16,12 +16,12 @@ from dataclasses import dataclass
 from datetime import datetime, timedelta, timezone
 
 from hijack_detect.bags.reader import RawMessage
-from hijack_detect.recording.cdr import header_stamp_ns
 from hijack_detect.recording.parameters import MEGABYTE, RecorderParameters
 from hijack_detect.recording.ring import Ring, size_of
 from hijack_detect.recording.snapshot import Snapshot
 from hijack_detect.recording.source import FUSION
 from hijack_detect.recording.stamp_clock import StampClock
+from hijack_detect.streams.cdr import stamp_from_bytes
 from hijack_detect.streams.samples import NANOSECONDS
 
 SLACK_S = 30.0
@@ -113,7 +113,7 @@ class BlackBox:
             Its stamp in nanoseconds, None if it has none that can be believed.
         """
         self._heard_s = wall_s
-        stamp_ns = header_stamp_ns(data) if stamped else None
+        stamp_ns = stamp_from_bytes(data) if stamped else None
         if stamp_ns is not None and not self._clock.push(name, stamp_ns):
             stamp_ns = None
         if stamp_ns is not None and self._clock.restarted:

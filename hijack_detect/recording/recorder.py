@@ -9,6 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from hijack_detect.level import Tell
+from hijack_detect.monitor.verdict_messages import FusionStatus, fusion_from
 from hijack_detect.parameters import ParameterError
 from hijack_detect.recording import rows, schema
 from hijack_detect.recording.advice import told
@@ -68,7 +69,7 @@ class Recorder:
         self._writer = SnapshotWriter(self._snapshots)
         self.box = BlackBox(parameters, self._snapshots.unused)
         self._problems = Problems(tell, self._event)
-        self._last: rows.FusionTold | None = None
+        self._last: FusionStatus | None = None
         self._parts: dict[str, str] = {}
         self._made = 0
         self._cleaned = False
@@ -95,7 +96,7 @@ class Recorder:
             return
         message = source.decode(data)
         if source.name == FUSION:
-            self._hear_fusion(rows.fusion_told(message), stamp_ns, wall_s, wall_ns)
+            self._hear_fusion(fusion_from(message), stamp_ns, wall_s, wall_ns)
             return
         if source.name == "fix":
             row = rows.fix_row(wall_ns, message)
@@ -149,7 +150,7 @@ class Recorder:
         )
 
     def _hear_fusion(
-        self, heard: rows.FusionTold, stamp_ns: int | None, wall_s: float, wall_ns: int
+        self, heard: FusionStatus, stamp_ns: int | None, wall_s: float, wall_ns: int
     ) -> None:
         before, self._last = self._last, heard
         if before is not None and (before.alert, before.state) == (heard.alert, heard.state):

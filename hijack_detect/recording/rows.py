@@ -12,9 +12,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from hijack_detect.detectors.verdict import Verdict
+from hijack_detect.monitor.verdict_messages import FusionStatus
 from hijack_detect.recording.snapshot import Written
 from hijack_detect.recording.snapshot_folder import SNAPSHOTS
-from hijack_detect.streams.messages import BadMessage, header_stamp_ns, only_status
+from hijack_detect.streams.messages import header_stamp_ns
 
 MAX_TEXT = 2000
 """Longer texts are cut: a row stays small whatever a message holds."""
@@ -32,20 +33,6 @@ class Row:
     def size(self) -> int:
         """About what the row needs in the file, bytes."""
         return 24 + sum(len(one) * 2 if isinstance(one, str) else 9 for one in self.values)
-
-
-@dataclass(frozen=True, slots=True)
-class FusionTold:
-    """What a verdict of the fusion says of the alert."""
-
-    stamp_ns: int
-    alert: bool
-    state: str
-    alert_since_ns: int | None
-    confidence: float
-    causes: str
-    lost: str
-    reason: str
 
 
 def fix_row(received_ns: int, message: Any) -> Row:
@@ -94,44 +81,20 @@ def verdict_row(received_ns: int, verdict: Verdict) -> Row:
     )
 
 
-def fusion_told(message: Any) -> FusionTold:
-    """Read a verdict of the fusion, `diagnostic_msgs/DiagnosticArray`.
-
-    Raises:
-        BadMessage: It is none.
-    """
-    status = only_status(message)
-    values = {pair.key: pair.value for pair in status.values}
-    try:
-        since, alert = values["alert_since_ns"], values["alert"]
-        return FusionTold(
-            header_stamp_ns(message),
-            {"true": True, "false": False}[alert],
-            _text(values["state"]),
-            int(since) if since else None,
-            float(values["confidence"]),
-            _text(values["causes"]),
-            _text(values["lost"]),
-            _text(status.message),
-        )
-    except (KeyError, ValueError) as error:
-        raise BadMessage(f"the verdict of the fusion has no usable {error}") from error
-
-
-def alert_row(received_ns: int, told: FusionTold) -> Row:
+def alert_row(received_ns: int, status: FusionStatus) -> Row:
     """Row of a change of the alert or of the fusion's state."""
     return Row(
         "alerts",
         (
             received_ns,
-            told.stamp_ns,
-            int(told.alert),
-            told.state,
-            told.alert_since_ns,
-            _number(told.confidence),
-            told.causes,
-            told.lost,
-            told.reason,
+            status.stamp_ns,
+            int(status.alert),
+            status.state.value,
+            status.alert_since_ns,
+            _number(status.confidence),
+            _text(" ".join(status.causes)),
+            _text(" ".join(status.lost)),
+            _text(status.reason),
         ),
     )
 

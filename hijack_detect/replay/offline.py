@@ -17,13 +17,7 @@ from hijack_detect.replay.truth import TruthTrack
 from hijack_detect.spoofing.scenario import Scenario
 from hijack_detect.spoofing.spoofer import Spoofer
 from hijack_detect.streams.absence import Absence
-from hijack_detect.streams.samples import (
-    NANOSECONDS,
-    FixSample,
-    Sample,
-    SatelliteSample,
-    VelocitySample,
-)
+from hijack_detect.streams.samples import NANOSECONDS, FixSample, Sample
 
 LONGEST_RUN_NS = NANOSECONDS // 2
 """What a monitor is given at once of an input: far less than any other is waited for."""
@@ -81,21 +75,16 @@ def spoofed_samples(
     for name, sample in read_samples(
         reader, topics, on_rejected=flight.rejected.add, absence=flight.absence
     ):
-        if isinstance(sample, FixSample) and spoofer is not None:
-            reported = seen(spoofer.fix(sample))
-            assert reported is not None
-            flight.separations.append((sample.stamp_ns, spoofer.offset_m))
-            yield name, reported
-        elif isinstance(sample, VelocitySample) and spoofer is not None:
-            velocity = seen(spoofer.velocity(sample))
-            assert velocity is not None
-            yield name, velocity
-        elif isinstance(sample, SatelliteSample) and spoofer is not None:
-            yield name, spoofer.satellites(sample)
-        else:
-            if isinstance(sample, FixSample) and truth is not None and sample.has_fix:
+        if spoofer is None:
+            if truth is not None and isinstance(sample, FixSample) and sample.has_fix:
                 flight.separations.append((sample.stamp_ns, truth.separation_m(sample)))
             yield name, sample
+            continue
+        reported = seen(spoofer.report(sample))
+        assert reported is not None
+        if isinstance(sample, FixSample):
+            flight.separations.append((sample.stamp_ns, spoofer.offset_m))
+        yield name, reported
 
 
 def outputs_of(

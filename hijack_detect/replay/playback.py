@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
@@ -15,10 +14,9 @@ from hijack_detect.replay.playback_parameters import ReplayParameters
 from hijack_detect.replay.playback_topics import Routes, routes
 from hijack_detect.spoofing.on_messages import SPOOFED_INPUTS
 from hijack_detect.spoofing.scenario import Scenario, load_scenario
+from hijack_detect.streams.cdr import stamp_from_bytes, with_stamp
 from hijack_detect.streams.samples import NANOSECONDS
 
-_STAMP_AT = 4
-"""Byte at which the stamp of a leading std_msgs/Header lies, after the CDR encapsulation."""
 _MAX_SECONDS = 2**31
 _SHORTEST = {False: 4, True: 12}
 """Fewest bytes of a message, without and with a header."""
@@ -152,7 +150,8 @@ class Playback:
 
     def _check_order(self, raw: RawMessage, data: bytes, latest: dict[str, int]) -> None:
         """Count a stamp that does not increase; the message is published all the same."""
-        stamp, before = stamp_ns(data), latest.get(raw.topic)
+        stamp, before = stamp_from_bytes(data), latest.get(raw.topic)
+        assert stamp is not None  # else the message would be malformed
         if before is not None and stamp <= before:
             what = "repeats" if stamp == before else f"runs backwards from {before} ns"
             self._reject(raw, stamp, f"stamp {what}, published all the same")
@@ -163,25 +162,12 @@ class Playback:
         self.rejected.add(Rejection(self.reader.path, raw.topic, raw.log_ns, stamp, reason))
 
 
-def stamp_ns(data: bytes) -> int:
-    """Return the header stamp of a message that begins with std_msgs/Header, nanoseconds."""
-    seconds, nanoseconds = struct.unpack_from(_layout(data), data, _STAMP_AT)
-    return int(seconds) * NANOSECONDS + int(nanoseconds)
-
-
 def moved_stamp(data: bytes, offset_ns: int) -> bytes:
     """Return the message with its header stamp moved; one that is not set (zero) stays.
 
     A stamp that would leave what ROS can say stays, too.
     """
-    old = stamp_ns(data)
-    seconds, nanoseconds = divmod(old + offset_ns, NANOSECONDS)
-    if old == 0 or not 0 <= seconds < _MAX_SECONDS:
+    old = stamp_from_bytes(data)
+    if not old or not 0 <= old + offset_ns < _MAX_SECONDS * NANOSECONDS:
         return data
-    layout = _layout(data)
-    end = _STAMP_AT + struct.calcsize(layout)
-    return data[:_STAMP_AT] + struct.pack(layout, seconds, nanoseconds) + data[end:]
-
-
-def _layout(data: bytes) -> str:
-    return "<iI" if data[1] & 1 else ">iI"
+    return with_stamp(data, old + offset_ns)

@@ -10,8 +10,9 @@ from enum import Enum
 from typing import NamedTuple
 
 from hijack_detect.bags.errors import BagError
-from hijack_detect.replay.playback import Outgoing, Playback, moved_stamp, stamp_ns
+from hijack_detect.replay.playback import Outgoing, Playback, moved_stamp
 from hijack_detect.replay.playback_parameters import ReplayParameters
+from hijack_detect.streams.cdr import stamp_from_bytes
 from hijack_detect.streams.samples import NANOSECONDS
 
 _MILLISECOND = NANOSECONDS // 1000
@@ -104,7 +105,7 @@ class Player:
         self._steps += 1
         if not self.head.headed:
             return f"{self.head.topic} logged at {self.head.log_ns} ns"
-        return f"{self.head.topic} stamped {stamp_ns(self.head.data)} ns"
+        return f"{self.head.topic} stamped {stamp_from_bytes(self.head.data)} ns"
 
     def set_rate(self, rate: float) -> None:
         """Go on at another rate."""

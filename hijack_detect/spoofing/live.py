@@ -109,7 +109,4 @@ class LiveSpoofer:
         self.start_ns = stamp_ns
         recent: list[FixSample | VelocitySample] = [*self._fixes, *self._velocities]
         for sample in sorted(recent, key=lambda one: one.stamp_ns):
-            if isinstance(sample, FixSample):
-                self._spoofer.fix(sample)
-            else:
-                self._spoofer.velocity(sample)
+            self._spoofer.report(sample)

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import bisect
 from collections import deque
+from typing import TypeVar, cast
 
 from hijack_detect.spoofing import schema
 from hijack_detect.spoofing.attacks import Attack, Recording
@@ -13,6 +14,8 @@ from hijack_detect.spoofing.onset import last_before, onset_at
 from hijack_detect.spoofing.plane import separation_m
 from hijack_detect.spoofing.scenario import Scenario
 from hijack_detect.streams.samples import NANOSECONDS, FixSample, SatelliteSample, VelocitySample
+
+T = TypeVar("T")
 
 RECENT = 8
 """True samples kept for the onset: two before it are needed, and some may share its stamp."""
@@ -74,6 +77,16 @@ class Spoofer:
         if index is None:
             return sample
         return self._attack(index).satellites(sample, self._since(index, sample.stamp_ns))
+
+    def report(self, sample: T) -> T:
+        """Return what is reported in place of a sample of any input; others stay as they are."""
+        if isinstance(sample, FixSample):
+            return cast(T, self.fix(sample))
+        if isinstance(sample, VelocitySample):
+            return cast(T, self.velocity(sample))
+        if isinstance(sample, SatelliteSample):
+            return cast(T, self.satellites(sample))
+        return sample
 
     def active(self, stamp_ns: int) -> bool:
         """Ground truth: whether a segment covers the stamp."""

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import random
-import struct
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,14 +13,12 @@ from hijack_detect.bags.reader import BagReader
 from hijack_detect.replay.injection import inject
 from hijack_detect.simulation.plan import Place
 from hijack_detect.spoofing.scenario import parse_scenario
+from hijack_detect.streams.cdr import stamp_from_bytes, with_stamp
 from hijack_detect.streams.samples import NANOSECONDS
 
 BEGIN_S, END_S, FLIGHT_S = 45.0, 55.0, 95.0
 """A fault lasts from BEGIN_S to END_S, or to the end, and the flight so long."""
 IMU_HZ = 200
-STAMP = struct.Struct("<iI")
-STAMP_AT = 4
-"""Where the header's stamp is in the bytes of a message, after the encapsulation."""
 HEADERLESS = ("/gps/satellites",)
 
 
@@ -39,16 +36,14 @@ class Sent:
         """Header stamp, nanoseconds; None if it has no header."""
         if self.topic in HEADERLESS:
             return None
-        seconds, rest = STAMP.unpack_from(self.data, STAMP_AT)
-        return int(seconds) * NANOSECONDS + int(rest)
+        return stamp_from_bytes(self.data)
 
     def restamped(self, change: Callable[[int], int]) -> Sent:
         """The same message with another header stamp, nanoseconds."""
-        if self.stamp_ns is None:
+        stamp_ns = self.stamp_ns
+        if stamp_ns is None:
             return self
-        data = bytearray(self.data)
-        STAMP.pack_into(data, STAMP_AT, *divmod(change(self.stamp_ns), NANOSECONDS))
-        return replace(self, data=bytes(data))
+        return replace(self, data=with_stamp(self.data, change(stamp_ns)))
 
 
 Fault = Callable[[Sequence[Sent]], list[Sent]]

@@ -18,8 +18,8 @@ from hijack_detect.cli.parameter_files import load_parameters
 from hijack_detect.detectors.fusion import Latched
 from hijack_detect.logs.csv_map import load_map
 from hijack_detect.logs.formats import convert
+from hijack_detect.monitor.verdict_messages import verdict_from
 from hijack_detect.nodes.message_types import message_class
-from hijack_detect.nodes.messages import verdict_from
 from hijack_detect.nodes.survival import Survivor
 from hijack_detect.parameters import ParameterError
 from hijack_detect.recording.journal import JournalError
@@ -29,7 +29,7 @@ from hijack_detect.recording.rows import Row
 from hijack_detect.recording.schema import FILE, TABLES
 from hijack_detect.replay.truth import LABEL, label_attack, read_label
 from hijack_detect.spoofing.scenario import ScenarioError, load_scenario
-from hijack_detect.streams.imu_bytes import FROM_BYTES
+from hijack_detect.streams.cdr import FROM_BYTES
 from hijack_detect.streams.messages import BadMessage
 from stress.fuzz import small_logs
 from stress.fuzz.flight import Flown, message_seeds, monitor_seeds

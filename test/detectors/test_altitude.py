@@ -13,9 +13,10 @@ from hypothesis import strategies as st
 from hijack_detect.detectors.altitude import AltitudeDetector
 from hijack_detect.detectors.altitude_parameters import AltitudeParameters
 from hijack_detect.detectors.barometer_check import BarometerCheck
-from hijack_detect.detectors.onset_bank import OnsetBank
 from hijack_detect.detectors.verdict import State, Verdict
+from hijack_detect.detectors.vertical_channel import HeightOffsets
 from hijack_detect.detectors.vertical_force import VerticalForce
+from hijack_detect.estimation.kalman import Innovation
 from hijack_detect.streams.samples import (
     AttitudeSample,
     FixSample,
@@ -416,7 +417,7 @@ def test_vertical_force_of_a_body_that_is_rolled_over() -> None:
 @given(st.floats(-5.0, 5.0), st.integers(0, 3))
 def test_the_bank_finds_the_size_of_an_offset_without_noise(size: float, signature: int) -> None:
     """A filter that learns nothing (gain 0); only the first onset is old enough to be judged."""
-    bank = OnsetBank()
+    bank = HeightOffsets()
     h = np.array([[1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 0.0]])
     for tick in range(9):
         t = tick * 0.2
@@ -424,8 +425,8 @@ def test_the_bank_finds_the_size_of_an_offset_without_noise(size: float, signatu
         offset = np.array(shapes[signature]) * size
         if tick == 0:
             offset = np.zeros(2)
-        bank.update(t, np.eye(4), h, np.zeros((4, 2)), np.eye(2), offset)
-    found = bank.evidence(1.6)[signature]
+        bank.update(t, np.eye(4), Innovation(h, offset, np.eye(2), np.zeros((4, 2))))
+    found = bank.evidence()[signature]
     assert found.size == pytest.approx(size)
     assert found.age_s == pytest.approx(1.6)
 

@@ -16,6 +16,7 @@ from hijack_detect.bags.samples import read_samples
 from hijack_detect.bags.topics import topic_map
 from hijack_detect.detectors.coast import CoastDetector
 from hijack_detect.detectors.coast_parameters import CoastParameters
+from hijack_detect.detectors.drag_parameters import DragParameters
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.evaluation.trials.cases import flight_samples
 from hijack_detect.simulation.flight import generate_flight
@@ -78,6 +79,15 @@ def drifted(sent: Sent, acceleration: float, bearing_deg: float = 90.0) -> Sent:
         return spoofer.velocity(sample) if isinstance(sample, VelocitySample) else sample
 
     return [(name, spoofed(sample)) for name, sample in sent]
+
+
+def test_it_assumes_the_vehicle_and_the_wind_that_the_drag_detector_assumes() -> None:
+    """But for the q of drag, which it needs to know less well."""
+    q = DragParameters().quadratic_sigma
+    assert replace(CoastParameters().air, quadratic_sigma=q) == DragParameters().noise
+    changed = CoastParameters(drag=0.3, drag_sigma=0.02, lag_sigma_s=0.05)
+    assert changed.air.drag == (0.3, 0.02)
+    assert changed.errors.lag_sigma_s == 0.05
 
 
 def test_a_clean_flight_is_normal_once_its_noise_is_known(judged: list[Verdict]) -> None:

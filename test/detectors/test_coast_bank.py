@@ -12,16 +12,18 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 import pytest
-from filter_start import LEVEL, NOISE, SIGMAS
+from filter_start import ERRORS, LEVEL, NOISE, SIGMAS
 from scipy.linalg import block_diag
 from scipy.stats import chi2
 
 from hijack_detect.detectors.coast_bank import Change, CoastBank, Offsets
-from hijack_detect.estimation.ekf import GRAVITY, POSITION, VELOCITY, ImuBlock, Innovation
-from hijack_detect.estimation.lag_ekf import SIZE, LagEkf, Measured, ModelErrors, Propagated
+from hijack_detect.estimation.ekf import GRAVITY, POSITION, VELOCITY, ImuBlock, Observation, Source
+from hijack_detect.estimation.kalman import Innovation
+from hijack_detect.estimation.lag_ekf import SIZE, LagEkf, Measured, Propagated
 
 Array = npt.NDArray[np.float64]
 Step = Propagated | Measured
+BLOCKS = {Source.POSITION: POSITION, Source.VELOCITY: VELOCITY}
 START = Propagated(0.0, np.eye(SIZE))
 """Begins the first onset."""
 
@@ -41,14 +43,14 @@ def random_steps(seed: int, count: int = 20) -> list[Step]:
     made: list[Step] = []
     for _ in range(count):
         made.append(Propagated(0.2, np.eye(SIZE) + 0.02 * rng.normal(size=(SIZE, SIZE))))
-        for block in (POSITION, VELOCITY, None):
+        for source in (Source.POSITION, Source.VELOCITY, Source.FIELD):
             h = 0.1 * rng.normal(size=(3, SIZE))
-            if block is not None:
-                h += np.eye(SIZE)[block]
+            if source in BLOCKS:
+                h += np.eye(SIZE)[BLOCKS[source]]
             root = rng.normal(size=(3, 3))
             precision = root @ root.T + np.eye(3)
             gain = 0.1 * rng.normal(size=(SIZE, 3))
-            made.append(Measured(block, Innovation(h, np.zeros(3), precision, gain)))
+            made.append(Measured(source, True, Innovation(h, np.zeros(3), precision, gain)))
     return made
 
 
@@ -73,10 +75,10 @@ def innovations(
             error[7] += ramp * one.dt_s
             continue
         offset, age = np.zeros(3), max(0.0, now - onset_s)
-        if one.block is not None:
-            offset[:2] = acceleration * (0.5 * age**2 if one.block is POSITION else age)
-        innovation = offset - one.innovation.h @ error
-        error = error + one.innovation.gain @ innovation
+        if one.source in BLOCKS:
+            offset[:2] = acceleration * (0.5 * age**2 if one.source is Source.POSITION else age)
+        innovation = offset - one.innovation.H @ error
+        error = error + one.innovation.K @ innovation
         shown.append(innovation)
     return shown
 
@@ -86,7 +88,7 @@ def with_innovations(steps: list[Step], shown: Iterable[Array]) -> list[Step]:
     return [
         step
         if isinstance(step, Propagated)
-        else Measured(step.block, replace(step.innovation, residual=next(left)))
+        else replace(step, innovation=replace(step.innovation, residual=next(left)))
         for step in steps
     ]
 
@@ -160,7 +162,7 @@ def test_by_chance_it_finds_what_its_deviation_says() -> None:
 
 def flown(acceleration: Array, onset_s: float, seconds: float) -> list[Step]:
     """Steps of a real filter in a noiseless flight in circles, deceived from an onset on."""
-    ekf = LagEkf(LEVEL, SIGMAS, NOISE, ModelErrors())
+    ekf = LagEkf(LEVEL, SIGMAS, NOISE, ERRORS)
     radius, rate = 15.0, 0.4
     ekf.velocity = np.array([0.0, radius * rate, 0.0])
     compass = np.zeros((1, SIZE))
@@ -176,14 +178,14 @@ def flown(acceleration: Array, onset_s: float, seconds: float) -> list[Step]:
         offset = np.array([*acceleration, 0.0])
         position = radius * np.array([math.cos(angle) - 1.0, math.sin(angle), 0.0])
         velocity = radius * rate * np.array([-math.sin(angle), math.cos(angle), 0.0])
-        for block, measured, variance in (
-            (POSITION, position + 0.5 * age**2 * offset, 0.49),
-            (VELOCITY, velocity + age * offset, 0.01),
+        for source, measured, variance in (
+            (Source.POSITION, position + 0.5 * age**2 * offset, 0.49),
+            (Source.VELOCITY, velocity + age * offset, 0.01),
         ):
-            ekf.update(*ekf.gps(block, measured, np.full(3, variance)))
+            ekf.update(ekf.gps(source, measured, np.full(3, variance)))
         # The heading is held by another sensor, which nobody deceives.
         turned = 2.0 * math.atan2(ekf.attitude[2], ekf.attitude[3])
-        ekf.update(compass, np.array([-turned]), np.array([0.25]))
+        ekf.update(Observation(Source.FIELD, compass, np.array([-turned]), np.array([0.25])))
     return list(ekf.steps)
 
 
@@ -276,10 +278,34 @@ def test_asking_changes_nothing() -> None:
     np.testing.assert_array_equal(bank.offsets().acceleration, other.offsets().acceleration)
 
 
+def test_a_copy_of_the_steps_says_the_same() -> None:
+    """A filter with steps in it is copied when the heading is looked for in all directions."""
+    steps = with_innovations(random_steps(7), np.random.default_rng(7).normal(size=(60, 3)))
+    found, of_copy = (
+        follow(CoastBank(SIZE, 1.0, 9.0, 100.0), [START, *some])
+        for some in (steps, copy.deepcopy(steps))
+    )
+    np.testing.assert_array_equal(found.acceleration, of_copy.acceleration)
+
+
+def test_an_assumption_in_place_of_the_gps_holds_no_offset() -> None:
+    """What is taken for still shows the same as another sensor that no spoofer reaches."""
+    steps = with_innovations(random_steps(8), np.random.default_rng(8).normal(size=(60, 3)))
+    still, other = (
+        [replace(one, **change) if isinstance(one, Measured) else one for one in steps]
+        for change in ({"horizontal": False}, {"source": Source.FIELD})
+    )
+    found, expected = (
+        follow(CoastBank(SIZE, 1.0, 9.0, 100.0), [START, *some]) for some in (still, other)
+    )
+    np.testing.assert_array_equal(found.acceleration, expected.acceleration)
+
+
 def test_an_error_of_the_height_is_no_offset() -> None:
     """The vertical is another detector's: without coupling it moves nothing here."""
     h, no_gain = np.eye(SIZE)[POSITION], np.zeros((SIZE, 3))
-    high = Measured(POSITION, Innovation(h, np.array([0.0, 0.0, 50.0]), np.eye(3), no_gain))
+    said = Innovation(h, np.array([0.0, 0.0, 50.0]), np.eye(3), no_gain)
+    high = Measured(Source.POSITION, True, said)
     steps: list[Step] = []
     for _ in range(10):
         steps += [Propagated(0.2, np.eye(SIZE)), high]

@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from hijack_detect.detectors.altitude import AltitudeDetector
 from hijack_detect.detectors.altitude_parameters import AltitudeParameters
 from hijack_detect.detectors.height_error import HeightError
-from hijack_detect.detectors.learned_level import LearnedLevel
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.streams.samples import FixSample, PressureSample
 
@@ -92,19 +91,6 @@ def test_an_error_outlives_the_claim_by_its_time_constant() -> None:
     assert DEFAULT.baro_floor < error.part < DEFAULT.baro_ceiling
     error.claim(fix_of(800, 1.0))
     assert error.part == DEFAULT.baro_floor
-
-
-def test_what_goes_both_ways_is_learnt_faster_than_what_goes_one_way() -> None:
-    """After 60 s of a quiet flight, 60 s with changes of one limit; 20 s pass until they count."""
-    parts = {}
-    for opposite in (0.0, 1.0):
-        learned = LearnedLevel(0.5, 2.75, 2.0)
-        for second in range(120):
-            changing = 1.0 if second >= 60 else 0.0
-            learned.add(second * SECOND, changing, moving=True, opposite=changing * opposite)
-        parts[opposite] = learned.part
-    assert parts[0.0] == pytest.approx(0.5 + 0.005 * 39, abs=0.02)
-    assert parts[1.0] == pytest.approx(0.5 + 0.02 * 39, abs=0.05)
 
 
 @pytest.mark.parametrize(("sigma", "tau_s"), [(3.0, 30.0), (5.0, 60.0), (8.0, 120.0)])

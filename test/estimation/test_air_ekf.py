@@ -9,21 +9,23 @@ import math
 import numpy as np
 import numpy.typing as npt
 import pytest
-from filter_start import LEVEL, NOISE, SIGMAS, hover
+from filter_start import AIR, ERRORS, LEVEL, NOISE, SIGMAS, hover
 
 from hijack_detect.estimation.air_ekf import DRAG, SIZE, TILT, WIND, AirEkf
 from hijack_detect.estimation.drag_model import SMALLEST_DRAG
-from hijack_detect.estimation.drag_noise import DragNoise
+from hijack_detect.estimation.drag_noise import FIRST_RESIDUAL
+from hijack_detect.estimation.drag_noise import WIND as FIRST_WIND
 from hijack_detect.estimation.ekf import (
     ACCEL_BIAS,
     ATTITUDE,
     GRAVITY,
-    POSITION,
     VELOCITY,
     ImuBlock,
-    Innovation,
+    Observation,
+    Source,
 )
-from hijack_detect.estimation.lag_ekf import LagEkf, Measured, ModelErrors
+from hijack_detect.estimation.kalman import Innovation
+from hijack_detect.estimation.lag_ekf import LagEkf, Measured
 from hijack_detect.estimation.rotation import exponential, matrix, multiply
 from hijack_detect.estimation.velocity_error import VelocityNoise
 
@@ -39,7 +41,7 @@ RECEIVER = VelocityNoise()
 def make(*, heading_sigma: float = 0.2, receiver: VelocityNoise = RECEIVER) -> AirEkf:
     sigmas = SIGMAS.copy()
     sigmas[8] = heading_sigma
-    ekf = AirEkf(LEVEL, sigmas, NOISE, ModelErrors(), DragNoise(), receiver)
+    ekf = AirEkf(LEVEL, sigmas, NOISE, ERRORS, AIR, receiver)
     ekf.velocity = velocity(0.0)
     return ekf
 
@@ -89,8 +91,9 @@ def fly(ekf: AirEkf, seconds: float, seed: int = 1) -> None:
         ekf.propagate(ImuBlock(np.full(10, dt), np.array(rates), np.array(forces) + noise))
         t = 0.2 * (step + 1)
         position = SIZES * np.sin(RATES * t) + 0.3 * rng.normal(size=3)
-        ekf.update(*ekf.gps(POSITION, position, np.full(3, 0.49)))
-        ekf.update(*ekf.gps(VELOCITY, velocity(t) + 0.05 * rng.normal(size=3), np.full(3, 0.01)))
+        ekf.update(ekf.gps(Source.POSITION, position, np.full(3, 0.49)))
+        told = velocity(t) + 0.05 * rng.normal(size=3)
+        ekf.update(ekf.gps(Source.VELOCITY, told, np.full(3, 0.01)))
 
 
 def test_wind_and_drag_are_learnt_and_the_deviations_are_right() -> None:
@@ -99,10 +102,10 @@ def test_wind_and_drag_are_learnt_and_the_deviations_are_right() -> None:
     np.testing.assert_allclose(ekf.wind, WALKED, atol=0.8)
     speed = 8.0
     assert ekf.drag @ [1.0, speed] == pytest.approx(K + Q * speed, rel=0.1)
-    assert ekf.residual < DragNoise().first_residual
+    assert ekf.residual < FIRST_RESIDUAL
     deviation = np.sqrt(np.diag(ekf.covariance))
     assert np.all(np.abs(ekf.wind - WALKED) < 4.0 * deviation[WIND])
-    assert np.all(deviation[WIND] < 0.25 * DragNoise().wind)
+    assert np.all(deviation[WIND] < 0.25 * FIRST_WIND)
     assert np.all(np.abs(ekf.tilt) < 4.0 * deviation[TILT])
 
 
@@ -118,12 +121,11 @@ def test_the_observation_is_the_derivative_of_the_force() -> None:
         ekf.wind, ekf.drag = np.array([2.0, 1.0]), np.array([0.3, 0.02])
         ekf.propagate(block)
         ekf._inject(moved)
-        exact = np.eye(SIZE)[VELOCITY], np.zeros(3), np.full(3, 1e12)
-        ekf._block = VELOCITY
-        ekf.update(*exact)
+        vague = np.zeros(3), np.full(3, 1e12)
+        ekf.update(Observation(Source.VELOCITY, np.eye(SIZE)[VELOCITY], *vague))
         last = ekf.steps[-1]
         assert isinstance(last, Measured)
-        assert last.block is None
+        assert last.source is Source.DRAG
         return last.innovation
 
     zero = flown(np.zeros(SIZE))
@@ -131,29 +133,29 @@ def test_the_observation_is_the_derivative_of_the_force() -> None:
         moved = np.zeros(SIZE)
         moved[state] = 1e-5 * rng.choice([-1.0, 1.0])
         shown = flown(moved).residual - zero.residual
-        np.testing.assert_allclose(shown / moved[state], -zero.h[:, state], atol=2e-3)
+        np.testing.assert_allclose(shown / moved[state], -zero.H[:, state], atol=2e-3)
     others = [*range(3), 11, *range(12, 17)]
-    np.testing.assert_array_equal(zero.h[:, others], 0.0)
-    assert np.all(zero.h[:, [VELOCITY.start, ATTITUDE.start, ACCEL_BIAS.start]].any(axis=0))
+    np.testing.assert_array_equal(zero.H[:, others], 0.0)
+    assert np.all(zero.H[:, [VELOCITY.start, ATTITUDE.start, ACCEL_BIAS.start]].any(axis=0))
 
 
 def measures(ekf: AirEkf) -> int:
     """How often drag was used."""
-    return sum(isinstance(step, Measured) and step.block is None for step in ekf.steps)
+    return sum(isinstance(step, Measured) and step.source is Source.DRAG for step in ekf.steps)
 
 
 def still(ekf: AirEkf, seconds: float) -> None:
     n = round(seconds / 0.05)
     force = np.tile([0.0, 0.0, GRAVITY], (n, 1))
     ekf.propagate(ImuBlock(np.full(n, 0.05), np.zeros((n, 3)), force))
-    ekf.update(*ekf.gps(VELOCITY, np.zeros(3), np.full(3, 0.01)))
+    ekf.update(ekf.gps(Source.VELOCITY, np.zeros(3), np.full(3, 0.01)))
 
 
 def test_drag_is_used_once_for_a_gps_velocity() -> None:
     ekf = make()
     for _ in range(5):
         still(ekf, 0.2)
-        ekf.update(*ekf.gps(POSITION, np.zeros(3), np.full(3, 0.49)))
+        ekf.update(ekf.gps(Source.POSITION, np.zeros(3), np.full(3, 0.49)))
     assert measures(ekf) == 5
 
 
@@ -185,7 +187,7 @@ def test_a_force_that_no_drag_explains_is_trusted_less() -> None:
     """A fixed wing: sideslip and thrust along x and y. The filter is nearly that without air."""
     rng = np.random.default_rng(6)
     white = VelocityNoise(sigma=0.0, worst=1.0)
-    feeling, plain = make(receiver=white), LagEkf(LEVEL, SIGMAS, NOISE, ModelErrors())
+    feeling, plain = make(receiver=white), LagEkf(LEVEL, SIGMAS, NOISE, ERRORS)
     plain.velocity = feeling.velocity
     for _ in range(300):
         force = np.tile([0.0, 0.0, GRAVITY], (10, 1)) + 2.0 * np.append(rng.normal(size=2), 0.0)
@@ -193,7 +195,7 @@ def test_a_force_that_no_drag_explains_is_trusted_less() -> None:
         gps = 0.1 * rng.normal(size=3)
         for ekf in (feeling, plain):
             ekf.propagate(block)
-            ekf.update(*ekf.gps(VELOCITY, gps, np.full(3, 0.01)))
+            ekf.update(ekf.gps(Source.VELOCITY, gps, np.full(3, 0.01)))
     assert feeling.residual > 1.0
     sigma = math.sqrt(plain.covariance[VELOCITY, VELOCITY][0, 0])
     np.testing.assert_allclose(feeling.velocity, plain.velocity, atol=sigma)

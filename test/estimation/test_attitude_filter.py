@@ -5,13 +5,16 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from filter_start import ERRORS
 from scipy.spatial.transform import Rotation
 
 from hijack_detect.estimation.attitude_filter import LONGEST_BRIDGE_S, AttitudeFilter
 from hijack_detect.estimation.attitude_parameters import AttitudeParameters
-from hijack_detect.estimation.ekf import ATTITUDE
+from hijack_detect.estimation.ekf import ATTITUDE, ProcessNoise
+from hijack_detect.estimation.lag_ekf import LagEkf, Measured
+from hijack_detect.estimation.rotation import Array
 from hijack_detect.simulation.flight import Flight
-from hijack_detect.streams.samples import NANOSECONDS, Sample
+from hijack_detect.streams.samples import NANOSECONDS, Quaternion, Sample
 
 Sent = list[tuple[str, Sample]]
 START_S, FOLLOWED_S = 45.0, 15.0
@@ -93,3 +96,29 @@ def test_biases_outlive_a_gap(flight: Callable[..., Flight], samples: Callable[.
     np.testing.assert_array_equal(estimator.ekf.gyro_bias, before[0])
     np.testing.assert_array_equal(estimator.ekf.accel_bias, before[1])
     assert np.any(before[0] != 0.0)
+
+
+def test_the_record_says_when_horizontal_rows_are_no_measurement(
+    flight: Callable[..., Flight], samples: Callable[..., Sent]
+) -> None:
+    """Until the first course the vehicle is taken to stand still, whatever the GPS says."""
+    curved = flight("curved", 1)
+
+    def make(attitude: Quaternion, sigmas: Array, noise: ProcessNoise) -> LagEkf:
+        return LagEkf(attitude, sigmas, noise, ERRORS)
+
+    estimator = AttitudeFilter(AttitudeParameters(use_mag=False), make)
+    found = []
+    for name, one in samples(curved, "imu", "fix", "velocity"):
+        estimator.update(name, one)
+        if isinstance(estimator.ekf, LagEkf):
+            found += [
+                (estimator.first_heading is not None, step.horizontal)
+                for step in estimator.ekf.steps
+                if isinstance(step, Measured)
+            ]
+            estimator.ekf.steps.clear()
+        if len(found) > 100 and found[-1][0]:
+            break
+    assert {known for known, _ in found} == {False, True}
+    assert all(known == horizontal for known, horizontal in found)

@@ -6,9 +6,9 @@ import math
 import numpy as np
 import numpy.typing as npt
 import pytest
+from filter_start import AIR
 
 from hijack_detect.estimation.drag_filter import BIAS, DRAG, WIND, AirBlock, DragFilter
-from hijack_detect.estimation.drag_noise import DragNoise
 
 Vector = npt.NDArray[np.float64]
 
@@ -26,7 +26,7 @@ def block(t: float, course: float, wind: Vector, *, k: float = 0.3) -> AirBlock:
 
 
 def learnt(wind: Vector, turning: float = 0.2) -> DragFilter:
-    found = DragFilter(DragNoise())
+    found = DragFilter(AIR)
     for index in range(300):
         found.wait(0.4)
         found.update(block(0.4 * index, turning * 0.4 * index, wind))

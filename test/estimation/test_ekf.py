@@ -11,9 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
-from scipy.stats import chi2, multivariate_normal
+from scipy.stats import chi2
 
-from hijack_detect.estimation.ekf import GRAVITY, Ekf, ImuBlock, ProcessNoise
+from hijack_detect.estimation.ekf import GRAVITY, Ekf, ImuBlock, Observation, ProcessNoise, Source
 
 Array = npt.NDArray[np.float64]
 QUIET = ProcessNoise(0.0, 0.0, 0.0, 0.0)
@@ -168,24 +168,11 @@ def test_the_update_is_the_textbook_one(seed: int) -> None:
     h, residual, r = rng.normal(size=(4, 15)), rng.normal(0.0, 0.01, 4), rng.uniform(0.01, 1, 4)
     gain = before.covariance @ h.T @ np.linalg.inv(h @ before.covariance @ h.T + np.diag(r))
 
-    ekf.update(h, residual, r)
+    ekf.update(Observation(Source.FIELD, h, residual, r))
 
     expected = (np.eye(15) - gain @ h) @ before.covariance
     np.testing.assert_allclose(ekf.covariance, expected, atol=1e-12)
     np.testing.assert_allclose(error_between(ekf, before), gain @ residual, atol=1e-12)
-
-
-@pytest.mark.parametrize("count", [1, 3, 6])
-def test_an_innovation_knows_its_log_likelihood(count: int) -> None:
-    """Up to the constant of the normal density, which the filters of a bank share."""
-    rng = np.random.default_rng(count)
-    ekf = random_filter(rng)
-    ekf.covariance = random_covariance(rng)
-    h, r = rng.normal(size=(count, 15)), rng.uniform(0.01, 1.0, count)
-    residual = rng.normal(size=count)
-    density = multivariate_normal(np.zeros(count), h @ ekf.covariance @ h.T + np.diag(r))
-    expected = density.logpdf(residual) + 0.5 * count * math.log(math.tau)
-    assert ekf.update(h, residual, r).log_likelihood() == pytest.approx(expected)
 
 
 def test_the_covariance_stays_symmetric_and_positive_definite() -> None:
@@ -196,7 +183,8 @@ def test_the_covariance_stays_symmetric_and_positive_definite() -> None:
     for _ in range(500):
         ekf.propagate(random_block(rng))
         part = slice(0, 3) if rng.uniform() < 0.5 else slice(3, 6)
-        ekf.update(np.eye(15)[part], np.zeros(3), np.full(3, 1e-4))
+        exact = np.zeros(3), np.full(3, 1e-4)
+        ekf.update(Observation(Source.FIELD, np.eye(15)[part], *exact))
     scale = np.sqrt(np.diag(ekf.covariance))
     correlation = ekf.covariance / np.outer(scale, scale)
     np.testing.assert_allclose(correlation, correlation.T, atol=1e-9)
@@ -253,7 +241,8 @@ def circling(rng: np.random.Generator, sigmas: Array) -> list[float]:
         measured = np.concatenate([truth.position, truth.velocity])
         measured = measured + np.array([1.0] * 3 + [0.2] * 3) * rng.normal(size=6)
         residual = measured - np.concatenate([ekf.position, ekf.velocity])
-        ekf.update(np.eye(15)[:6], residual, np.array([1.0] * 3 + [0.04] * 3))
+        variances = np.array([1.0] * 3 + [0.04] * 3)
+        ekf.update(Observation(Source.FIELD, np.eye(15)[:6], residual, variances))
         if first // steps % 5 == 4:
             error = error_between(truth, ekf)
             error[9:] += biases

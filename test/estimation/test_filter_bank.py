@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from hijack_detect.estimation.attitude import AttitudeEstimator
 from hijack_detect.estimation.attitude_parameters import AttitudeParameters
-from hijack_detect.estimation.ekf import Ekf, ProcessNoise
+from hijack_detect.estimation.ekf import Ekf, Observation, ProcessNoise, Source
 from hijack_detect.estimation.filter_bank import FilterBank
 from hijack_detect.estimation.rotation import heading
 from hijack_detect.simulation.flight import Flight
@@ -54,17 +54,13 @@ def test_measurements_leave_the_heading_that_they_fit() -> None:
     """A heading of 130° is measured again and again."""
     one = bank()
     one.split(np.radians(30.0))
-    h = np.eye(15)[8:9]
+
+    def compass(ekf: Ekf) -> Observation:
+        error = (np.radians(130.0) - heading(ekf.attitude) + np.pi) % (2 * np.pi) - np.pi
+        return Observation(Source.FIELD, np.eye(15)[8:9], np.array([error]), np.array([0.3**2]))
+
     for _ in range(200):
-        one.measure(
-            lambda ekf: (
-                h,
-                np.array(
-                    [(np.radians(130.0) - heading(ekf.attitude) + np.pi) % (2 * np.pi) - np.pi]
-                ),
-                np.array([0.3**2]),
-            ),
-        )
+        one.measure(compass)
     assert one.decided
     assert np.degrees(heading(one.best.attitude)) == pytest.approx(130.0, abs=5.0)
 
@@ -73,7 +69,7 @@ def test_measurements_that_say_nothing_of_the_heading_decide_nothing() -> None:
     one = bank()
     one.split(np.radians(30.0))
     for _ in range(200):
-        one.measure(lambda ekf: (np.eye(15)[:3], -ekf.position, np.ones(3)))
+        one.measure(lambda ekf: ekf.gps(Source.POSITION, np.zeros(3), np.ones(3)))
     assert not one.decided
     assert len(headings(one)) == 8
 

@@ -3,11 +3,12 @@
 
 import copy
 import math
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
 import pytest
-from filter_start import LEVEL, NOISE, SIGMAS
+from filter_start import ERRORS, LEVEL, NOISE, SIGMAS
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -20,6 +21,8 @@ from hijack_detect.estimation.ekf import (
     VELOCITY,
     Ekf,
     ImuBlock,
+    Observation,
+    Source,
 )
 from hijack_detect.estimation.lag_ekf import (
     DIFFERENCE,
@@ -35,7 +38,8 @@ from hijack_detect.estimation.lag_ekf import (
 )
 
 Array = npt.NDArray[np.float64]
-NONE = ModelErrors(
+NONE = replace(
+    ERRORS,
     lag_sigma_s=0.0,
     lag_walk=0.0,
     lag_difference_walk=0.0,
@@ -44,7 +48,7 @@ NONE = ModelErrors(
     force_scale=0.0,
     rate_scale=0.0,
 )
-VARIANCES = {POSITION.start: np.full(3, 0.49), VELOCITY.start: np.full(3, 0.01)}
+VARIANCES = {Source.POSITION: np.full(3, 0.49), Source.VELOCITY: np.full(3, 0.01)}
 
 
 def random_block(rng: np.random.Generator, count: int = 20) -> ImuBlock:
@@ -58,8 +62,8 @@ def still_block(count: int = 20, force: tuple[float, float, float] = (0.0, 0.0, 
     return ImuBlock(np.full(count, 0.2 / count), np.zeros((count, 3)), felt)
 
 
-def measure(ekf: Ekf, block: slice, measured: Array) -> None:
-    ekf.update(*ekf.gps(block, measured, VARIANCES[block.start]))
+def measure(ekf: Ekf, source: Source, measured: Array) -> None:
+    ekf.update(ekf.gps(source, measured, VARIANCES[source]))
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -70,8 +74,8 @@ def test_without_errors_of_the_model_it_is_the_filter_without_lags(seed: int) ->
         block, position, velocity = random_block(rng), rng.normal(size=3), rng.normal(size=3)
         for ekf in (plain, lagged):
             ekf.propagate(block)
-            measure(ekf, POSITION, position)
-            measure(ekf, VELOCITY, velocity)
+            measure(ekf, Source.POSITION, position)
+            measure(ekf, Source.VELOCITY, velocity)
     np.testing.assert_allclose(lagged.covariance[:15, :15], plain.covariance, atol=1e-10)
     for name in ("position", "velocity", "attitude", "accel_bias", "gyro_bias"):
         np.testing.assert_allclose(getattr(lagged, name), getattr(plain, name), atol=1e-9)
@@ -79,7 +83,7 @@ def test_without_errors_of_the_model_it_is_the_filter_without_lags(seed: int) ->
     np.testing.assert_array_equal(lagged.covariance[15:], np.zeros((2, SIZE)))
 
 
-STEADY = ModelErrors(lag_walk=0.001)
+STEADY = replace(ERRORS, lag_walk=0.001)
 """Of a receiver whose latency does not change."""
 
 
@@ -114,8 +118,8 @@ def flown(
         ekf.propagate(ImuBlock(np.full(20, 0.01), gyro, force))
         t = 0.2 * (step + 1)
         more = growth * t
-        measure(ekf, POSITION, position(t - position_lag - more) + 0.3 * rng.normal(size=3))
-        measure(ekf, VELOCITY, velocity(t - velocity_lag - more) + 0.05 * rng.normal(size=3))
+        measure(ekf, Source.POSITION, position(t - position_lag - more) + 0.3 * rng.normal(size=3))
+        measure(ekf, Source.VELOCITY, velocity(t - velocity_lag - more) + 0.05 * rng.normal(size=3))
     return ekf
 
 
@@ -134,14 +138,14 @@ def test_the_lags_of_a_manoeuvring_vehicle_are_learnt(lags: tuple[float, float])
 
 def test_a_latency_that_grows_is_followed() -> None:
     """By 0.01 s/s for 15 s: a filter for a receiver in order is behind it."""
-    slow, fast = (flown(0.0, 0.0, 15.0, errors, 0.01) for errors in (STEADY, ModelErrors()))
+    slow, fast = (flown(0.0, 0.0, 15.0, errors, 0.01) for errors in (STEADY, ERRORS))
     assert fast.lags[0] == pytest.approx(0.15, abs=0.03)
     assert slow.lags[0] < fast.lags[0] - 0.03
 
 
 @given(lag=st.floats(-0.2, 0.2), difference=st.floats(-0.1, 0.1))
 def test_what_is_beyond_the_band_can_be_taken_over(lag: float, difference: float) -> None:
-    ekf = LagEkf(LEVEL, SIGMAS, NOISE, ModelErrors())
+    ekf = LagEkf(LEVEL, SIGMAS, NOISE, ERRORS)
     assert ekf.beyond_band == 0.0
     ekf.lags, ekf.acceleration = np.array([lag, difference]), np.array([0.0, 1.0, 0.0])
     middle = lag + 0.5 * difference
@@ -162,60 +166,60 @@ def test_a_lag_beyond_the_bound_is_held_at_it(sign: float) -> None:
 
 
 def test_a_vehicle_at_rest_shows_no_lag() -> None:
-    ekf = LagEkf(LEVEL, SIGMAS, NOISE, ModelErrors())
+    ekf = LagEkf(LEVEL, SIGMAS, NOISE, ERRORS)
     for _ in range(50):
         ekf.propagate(still_block())
-        measure(ekf, POSITION, np.zeros(3))
-        measure(ekf, VELOCITY, np.zeros(3))
+        measure(ekf, Source.POSITION, np.zeros(3))
+        measure(ekf, Source.VELOCITY, np.zeros(3))
     np.testing.assert_allclose(ekf.lags, np.zeros(2), atol=1e-9)
-    assert np.all(np.diag(ekf.covariance)[15:] >= 0.99 * ModelErrors().lag_sigma_s ** 2)
+    assert np.all(np.diag(ekf.covariance)[15:] >= 0.99 * ERRORS.lag_sigma_s**2)
 
 
 def test_a_long_hover_makes_no_filter_run_later() -> None:
     """Ten minutes with the noise of a receiver: the state may drift, the uncertainty ends."""
     rng = np.random.default_rng(3)
-    ekf = LagEkf(LEVEL, SIGMAS, NOISE, ModelErrors())
+    ekf = LagEkf(LEVEL, SIGMAS, NOISE, ERRORS)
     wander = np.zeros(3)
     for _ in range(3000):
         ekf.propagate(still_block(4, tuple(rng.normal(0.0, 0.1, 3))))
         wander = math.exp(-0.01) * wander + rng.normal(0.0, 0.07, 3)
-        measure(ekf, POSITION, wander)
-        measure(ekf, VELOCITY, rng.normal(0.0, 0.1, 3))
+        measure(ekf, Source.POSITION, wander)
+        measure(ekf, Source.VELOCITY, rng.normal(0.0, 0.1, 3))
         assert ekf.beyond_band == 0.0
     assert ekf.covariance[LAG, LAG] < 1.1 * MOST_LAG_SIGMA_S**2
 
 
 def test_what_a_lagging_position_is_expected_to_be_by_hand() -> None:
     """At 3 and 4 m/s with 0.1 s of lag: 0.3 and 0.4 m back; noise grows by (0.05 s · 5 m/s)²."""
-    ekf = LagEkf(LEVEL, SIGMAS, NOISE, ModelErrors(position_jitter_s=0.05))
+    ekf = LagEkf(LEVEL, SIGMAS, NOISE, replace(ERRORS, position_jitter_s=0.05))
     ekf.position, ekf.velocity = np.array([10.0, 20.0, 30.0]), np.array([3.0, 4.0, 12.0])
     ekf.lags = states_of(0.1, 0.0)
-    rows, residual, noise = ekf.gps(POSITION, np.array([9.7, 19.6, 28.8]), np.full(3, 0.49))
-    np.testing.assert_allclose(residual, np.zeros(3), atol=1e-12)
-    np.testing.assert_allclose(noise, np.full(3, 0.49 + 0.25**2))
+    seen = ekf.gps(Source.POSITION, np.array([9.7, 19.6, 28.8]), np.full(3, 0.49))
+    np.testing.assert_allclose(seen.residual, np.zeros(3), atol=1e-12)
+    np.testing.assert_allclose(seen.R, np.full(3, 0.49 + 0.25**2))
     expected = np.zeros((3, SIZE))
     expected[:, POSITION] = np.eye(3)
     expected[:, LAG] = expected[:, DIFFERENCE] = [-3.0, -4.0, -12.0]
-    np.testing.assert_array_equal(rows, expected)
+    np.testing.assert_array_equal(seen.H, expected)
 
 
 def test_what_a_lagging_velocity_is_expected_to_be_by_hand() -> None:
     """At 2 m/s² with 0.1 s of lag: 0.2 m/s back; noise grows by (0.1 s · 2 m/s²)²."""
-    ekf = LagEkf(LEVEL, SIGMAS, NOISE, ModelErrors(lag_jitter_s=0.1))
+    ekf = LagEkf(LEVEL, SIGMAS, NOISE, replace(ERRORS, lag_jitter_s=0.1))
     ekf.propagate(still_block(force=(2.0, 0.0, 0.0)))
     np.testing.assert_allclose(ekf.acceleration, [2.0, 0.0, 0.0], atol=1e-12)
     ekf.lags = states_of(0.0, 0.1)
-    rows, residual, noise = ekf.gps(VELOCITY, np.array([0.2, 0.0, 0.0]), np.full(3, 0.01))
-    np.testing.assert_allclose(residual, np.zeros(3), atol=1e-12)
-    np.testing.assert_allclose(noise, np.full(3, 0.01 + 0.2**2))
+    seen = ekf.gps(Source.VELOCITY, np.array([0.2, 0.0, 0.0]), np.full(3, 0.01))
+    np.testing.assert_allclose(seen.residual, np.zeros(3), atol=1e-12)
+    np.testing.assert_allclose(seen.R, np.full(3, 0.01 + 0.2**2))
     expected = np.zeros((3, SIZE))
     expected[:, VELOCITY] = np.eye(3)
     expected[:, LAG] = [-2.0, 0.0, 0.0]
-    np.testing.assert_allclose(rows, expected, atol=1e-12)
+    np.testing.assert_allclose(seen.H, expected, atol=1e-12)
 
 
 def test_process_noise_grows_with_acceleration_and_rate_by_hand() -> None:
-    errors = ModelErrors(force_scale=0.03, rate_scale=0.02, lag_walk=0.05)
+    errors = replace(ERRORS, force_scale=0.03, rate_scale=0.02, lag_walk=0.05)
     plain, lagged = Ekf(LEVEL, SIGMAS, NOISE), LagEkf(LEVEL, SIGMAS, NOISE, errors)
     block = ImuBlock(
         np.full(10, 0.02), np.tile([0.0, 0.0, 1.5], (10, 1)), np.zeros((10, 3))
@@ -253,51 +257,54 @@ def test_the_record_of_a_propagation() -> None:
     np.testing.assert_array_equal(after[15:], error[15:])
 
 
-@pytest.mark.parametrize("block", [POSITION, VELOCITY, None])
-def test_the_record_of_a_measurement_is_the_textbook_one(block: slice | None) -> None:
+@pytest.mark.parametrize("source", [Source.POSITION, Source.VELOCITY, Source.FIELD])
+def test_the_record_of_a_measurement_is_the_textbook_one(source: Source) -> None:
     rng = np.random.default_rng(7)
-    ekf = LagEkf(LEVEL, SIGMAS, NOISE, ModelErrors())
+    ekf = LagEkf(LEVEL, SIGMAS, NOISE, ERRORS)
     ekf.propagate(random_block(rng))
-    if block is None:
-        h, residual, r = rng.normal(size=(1, SIZE)), rng.normal(size=1), np.array([0.2])
+    if source is Source.FIELD:
+        row = rng.normal(size=(1, SIZE))
+        seen = Observation(source, row, rng.normal(size=1), np.array([0.2]))
     else:
-        h, residual, r = ekf.gps(block, rng.normal(0.0, 0.1, 3), np.full(3, 0.5))
+        seen = ekf.gps(source, rng.normal(0.0, 0.1, 3), np.full(3, 0.5))
     before = copy.deepcopy(ekf)
     ekf.steps.clear()
-    ekf.update(h, residual, r)
+    ekf.update(seen)
 
     (step,) = ekf.steps
     assert isinstance(step, Measured)
-    assert step.block is block
+    assert (step.source, step.horizontal) == (source, True)
+    h, r = seen.H, seen.R
     spread = h @ before.covariance @ h.T + np.diag(r)
     said = step.innovation
     np.testing.assert_allclose(said.precision @ spread, np.eye(len(r)), atol=1e-12)
-    np.testing.assert_allclose(said.gain @ spread, before.covariance @ h.T, atol=1e-12)
-    np.testing.assert_array_equal(said.h, h)
-    np.testing.assert_array_equal(said.residual, residual)
-    moved = said.gain @ said.residual
+    np.testing.assert_allclose(said.K @ spread, before.covariance @ h.T, atol=1e-12)
+    np.testing.assert_array_equal(said.H, h)
+    np.testing.assert_array_equal(said.residual, seen.residual)
+    moved = said.K @ said.residual
     np.testing.assert_allclose(ekf.position - before.position, moved[POSITION], atol=1e-12)
     np.testing.assert_allclose(ekf.lags - before.lags, moved[15:], atol=1e-12)
 
 
 def test_another_sensor_after_the_gps_is_not_taken_for_it() -> None:
-    ekf = LagEkf(LEVEL, SIGMAS, NOISE, ModelErrors())
-    measure(ekf, POSITION, np.zeros(3))
+    ekf = LagEkf(LEVEL, SIGMAS, NOISE, ERRORS)
+    measure(ekf, Source.POSITION, np.zeros(3))
+    ekf.gps(Source.VELOCITY, np.zeros(3), np.full(3, 0.01))  # asked, and not used
     h = np.zeros((1, SIZE))
     h[0, 8] = 1.0
-    ekf.update(h, np.array([0.1]), np.array([0.04]))
-    blocks = [step.block for step in ekf.steps if isinstance(step, Measured)]
-    assert blocks == [POSITION, None]
+    ekf.update(Observation(Source.FIELD, h, np.array([0.1]), np.array([0.04])))
+    sources = [step.source for step in ekf.steps if isinstance(step, Measured)]
+    assert sources == [Source.POSITION, Source.FIELD]
 
 
 def test_an_empty_block_is_no_step() -> None:
-    ekf = LagEkf(LEVEL, SIGMAS, NOISE, ModelErrors())
+    ekf = LagEkf(LEVEL, SIGMAS, NOISE, ERRORS)
     ekf.propagate(ImuBlock(np.zeros(0), np.zeros((0, 3)), np.zeros((0, 3))))
     assert len(ekf.steps) == 0
 
 
 def test_a_record_that_nobody_reads_does_not_grow() -> None:
-    ekf = LagEkf(LEVEL, SIGMAS, NOISE, ModelErrors())
+    ekf = LagEkf(LEVEL, SIGMAS, NOISE, ERRORS)
     for _ in range(STEPS + 100):
         ekf.propagate(still_block(count=1))
     assert len(ekf.steps) == STEPS

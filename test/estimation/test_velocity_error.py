@@ -10,7 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hijack_detect.estimation.air_ekf import VELOCITY_ERROR, AirEkf
-from hijack_detect.estimation.ekf import ATTITUDE, Innovation
+from hijack_detect.estimation.ekf import ATTITUDE
+from hijack_detect.estimation.kalman import Innovation
 from hijack_detect.estimation.velocity_error import VelocityError, VelocityNoise
 
 SIGMA = 0.4

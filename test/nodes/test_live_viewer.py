@@ -43,7 +43,8 @@ def test_what_cannot_be_read_is_left_out_and_told_and_the_rest_is_shown(graph: G
     def refused(topic: str) -> Callable[[], bool]:
         return lambda: f"{topic}: message left out: " in viewer.output
 
-    wrong = {"state": "normal", "alert": "true", "alert_since_ns": "9" * 400, "degraded": ""}
+    wrong = {"state": "normal", "alert": "true", "alert_since_ns": "9" * 400}
+    wrong |= {"confidence": "0.5", "lost": "", "degraded": "", "causes": ""}
     bad = {
         "/uav1/coast/verdict": DiagnosticArray(),
         "/uav1/fusion/verdict": DiagnosticArray(

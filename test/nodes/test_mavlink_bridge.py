@@ -142,6 +142,8 @@ class Flight:
             "state": state.value,
             "alert": str(alert).lower(),
             "alert_since_ns": since,
+            "confidence": "0.9",
+            "lost": "",
             "degraded": "",
             "causes": "coast gnss",
         }

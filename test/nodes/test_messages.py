@@ -15,17 +15,16 @@ from hypothesis import strategies as st
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import Imu
 
-from hijack_detect.detectors.fused import fused_from
 from hijack_detect.detectors.fusion import FusionResult
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.mavlink.alarm import Cause, cause_of
+from hijack_detect.monitor.verdict_messages import FusionStatus, fusion_from, verdict_from
 from hijack_detect.nodes.messages import (
     LEVELS,
     course_message,
     fusion_message,
     imu_message,
     time_message,
-    verdict_from,
     verdict_message,
 )
 from hijack_detect.streams.messages import BadMessage, attitude_sample, course_sample
@@ -190,12 +189,55 @@ def test_a_result_of_the_fusion_as_message() -> None:
         "date.state": "alarm",
         "date.margin": "2.0",
     }
-    assert cause_of(fused_from(fusion_message(result))) == Cause("4", "cause", ("date",))
+    assert cause_of(fusion_from(fusion_message(result))) == Cause("4", "cause", ("date",))
+    assert fusion_from(over_the_wire(fusion_message(result))) == FusionStatus(
+        5, State.ALARM, True, 4, 1.0, ("correlation",), ("correlation",), ("date",), "cause"
+    )
     quiet = dataclasses.replace(result, alert=False, alert_since_ns=None)
-    assert cause_of(fused_from(fusion_message(quiet))) is None
+    assert cause_of(fusion_from(fusion_message(quiet))) is None
     for wrong in (verdict_message(alarm), DiagnosticArray()):
         with pytest.raises(BadMessage):
-            fused_from(wrong)
+            fusion_from(wrong)
+
+
+CALM = (
+    ("state", "normal"),
+    ("alert", "false"),
+    ("alert_since_ns", ""),
+    ("confidence", "nan"),
+    ("lost", ""),
+    ("degraded", "coast  drag"),
+    ("causes", ""),
+)
+
+
+def test_a_message_of_the_fusion_is_read() -> None:
+    status = fusion_from(array(*CALM))
+    assert (status.state, status.alert, status.alert_since_ns) == (State.NORMAL, False, None)
+    assert math.isnan(status.confidence)
+    assert (status.lost, status.degraded, status.causes) == ((), ("coast", "drag"), ())
+
+
+@pytest.mark.parametrize("missing", [key for key, _ in CALM])
+def test_a_message_of_the_fusion_without_a_value_is_refused(missing: str) -> None:
+    with pytest.raises(BadMessage, match=f"of the fusion has no '{missing}'"):
+        fusion_from(array(*(pair for pair in CALM if pair[0] != missing)))
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "told"),
+    [
+        ("state", "hijacked", "not a valid State"),
+        ("alert", "maybe", "alert is 'maybe'"),
+        ("alert_since_ns", "-1", "alert_since_ns is -1"),
+        ("alert_since_ns", str(2**63), "alert_since_ns is 9223372036854775808"),
+        ("alert_since_ns", "soon", "'soon'"),
+        ("confidence", "high", "'high'"),
+    ],
+)
+def test_a_broken_message_of_the_fusion_is_refused(key: str, value: str, told: str) -> None:
+    with pytest.raises(BadMessage, match=f"verdict of the fusion: .*{told}"):
+        fusion_from(array(*(pair for pair in CALM if pair[0] != key), (key, value)))
 
 
 def test_an_imu_message_says_which_sensor_readings_it_carries() -> None:

@@ -22,10 +22,11 @@ from small_bags import (
 from hijack_detect.bags.encoding import encode_sample
 from hijack_detect.bags.errors import BagError
 from hijack_detect.bags.reader import BagReader, RawMessage, typestore
-from hijack_detect.replay.playback import Outgoing, Playback, moved_stamp, stamp_ns
+from hijack_detect.replay.playback import Outgoing, Playback, moved_stamp
 from hijack_detect.replay.playback_parameters import ReplayParameters
 from hijack_detect.spoofing.scenario import ScenarioError, load_scenario
 from hijack_detect.spoofing.spoofer import Spoofer
+from hijack_detect.streams.cdr import stamp_from_bytes
 from hijack_detect.streams.messages import CONVERTERS
 from hijack_detect.streams.samples import FixSample, ImuSample, MagneticSample
 
@@ -172,7 +173,7 @@ def test_a_moved_stamp_changes_nothing_else(stamp: int, offset: int) -> None:
     _, data = encode_sample(ImuSample(stamp, (1.0, 2.0, 3.0), (4.0, 5.0, 6.0)))
     moved = moved_stamp(data, offset)
     fits = 0 <= stamp + offset < 2**31 * SECOND
-    assert stamp_ns(moved) == (stamp + offset if fits else stamp)
+    assert stamp_from_bytes(moved) == (stamp + offset if fits else stamp)
     assert moved[:4] + moved[12:] == data[:4] + data[12:]
 
 

@@ -20,9 +20,10 @@ from small_bags import (
     write,
 )
 
-from hijack_detect.replay.playback import Outgoing, Playback, stamp_ns
+from hijack_detect.replay.playback import Outgoing, Playback
 from hijack_detect.replay.playback_parameters import ReplayParameters
 from hijack_detect.replay.player import Player, State, Tick
+from hijack_detect.streams.cdr import stamp_from_bytes
 from hijack_detect.streams.samples import MagneticSample
 
 SECOND = 1_000_000_000
@@ -135,7 +136,9 @@ def test_whatever_is_asked_every_message_comes_once_and_in_order(
     assert [one.log_ns for one in messages_in(events)] == [one.log_ns for one in made.messages()]
     ticks = [event.ns for event in events if isinstance(event, Tick)]
     assert ticks == sorted(ticks)
-    stamps = [stamp_ns(one.data) for one in messages_in(events) if one.topic == "imu/data_raw"]
+    stamps = [
+        stamp_from_bytes(one.data) for one in messages_in(events) if one.topic == "imu/data_raw"
+    ]
     assert all(later - earlier >= STEP_NS for earlier, later in itertools.pairwise(stamps))
     made.close()
 
@@ -226,7 +229,9 @@ def test_restamped_loops_never_run_backwards(make: Make, rate: float) -> None:
     while player.passes < 4:
         events += taken(player)
         clock.pass_by(0.01)
-    stamps = [stamp_ns(one.data) for one in messages_in(events) if one.topic == "imu/data_raw"]
+    stamps = [
+        stamp_from_bytes(one.data) for one in messages_in(events) if one.topic == "imu/data_raw"
+    ]
     assert stamps[0] == now
     assert all(earlier < later for earlier, later in itertools.pairwise(stamps))
     assert [b - a for a, b in itertools.pairwise(stamps[:50])] == [STEP_NS] * 49

@@ -7,7 +7,7 @@ import pytest
 
 from hijack_detect.spoofing.scenario import Scenario, parse_scenario
 from hijack_detect.spoofing.spoofer import Spoofer
-from hijack_detect.streams.samples import FixSample
+from hijack_detect.streams.samples import FixSample, PressureSample, SatelliteSample
 
 MODELS = {
     "jump": {"type": "jump", "distance_m": 20.0, "bearing_deg": 30.0, "relative": True},
@@ -109,6 +109,21 @@ def test_stamps_stay(tools, kind):
     for kind_of in ("fixes", "velocities"):
         ours, theirs = getattr(spoofed, kind_of), getattr(true, kind_of)
         assert [s.stamp_ns for s in ours] == [s.stamp_ns for s in theirs]
+
+
+@every_model
+def test_a_report_of_any_sample_is_that_of_its_kind(tools, kind):
+    true = tools.flight("waving")
+    spoofer, by_kind = (
+        Spoofer(parse_scenario(tools.one_segment(MODELS[kind])), true.first_ns) for _ in range(2)
+    )
+    for fix, velocity in zip(true.fixes, true.velocities, strict=True):
+        count = SatelliteSample(fix.stamp_ns, 12)
+        assert spoofer.report(fix) == by_kind.fix(fix)
+        assert spoofer.report(velocity) == by_kind.velocity(velocity)
+        assert spoofer.report(count) == by_kind.satellites(count)
+    pressure = PressureSample(true.first_ns, 101_325.0)
+    assert spoofer.report(pressure) is pressure
 
 
 @every_model

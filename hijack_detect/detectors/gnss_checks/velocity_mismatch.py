@@ -16,8 +16,8 @@ from hijack_detect.detectors.gnss_checks.latency import (
     without_lag,
 )
 from hijack_detect.detectors.gnss_checks.step import ZERO, Finding, Step, minus, plus
-from hijack_detect.detectors.learned_level import LearnedLevel
 from hijack_detect.detectors.persistence import Persistence
+from hijack_detect.estimation.learning import LearnedLevel
 from hijack_detect.streams.samples import NANOSECONDS, Vector3
 
 HORIZONS_S = (2.0, 5.0, 10.0, 20.0)

@@ -12,7 +12,6 @@ from __future__ import annotations
 import copy
 import itertools
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
 from typing import Any, Generic, Protocol, TypeVar
 
 from hijack_detect.bags.reader import BagReader
@@ -119,7 +118,7 @@ class _Onset(Generic[A]):
         self.onset_ns = start_ns + round(onset_s * NANOSECONDS)
         self._end_ns = self.onset_ns + round(horizon_s * NANOSECONDS)
         self._attacks = [
-            (one, None if one.scenario is None else _Reports(Spoofer(one.scenario, start_ns)))
+            (one, None if one.scenario is None else _Reports(one.scenario, start_ns))
             for one in attacks
         ]
         self._samples: list[tuple[str, Sample]] = []
@@ -161,22 +160,14 @@ class _Onset(Generic[A]):
             yield name, changed
 
 
-@dataclass
 class _Reports:
     """What one attack makes of the samples, as a monitor takes it."""
 
-    spoofer: Spoofer
-    absence: Absence = field(default_factory=Absence)
+    def __init__(self, scenario: Scenario, start_ns: int) -> None:
+        self.spoofer, self._absence = Spoofer(scenario, start_ns), Absence()
 
     def of(self, sample: Sample) -> Sample:
         """What is made of a sample of any input."""
-        changed = sample
-        if isinstance(sample, FixSample):
-            changed = self.spoofer.fix(sample)
-        elif isinstance(sample, VelocitySample):
-            changed = self.spoofer.velocity(sample)
-        elif isinstance(sample, SatelliteSample):
-            changed = self.spoofer.satellites(sample)
-        marked = self.absence(changed)
+        marked = self._absence(self.spoofer.report(sample))
         assert marked is not None
         return marked

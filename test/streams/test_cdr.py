@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""An Imu read from its bytes says what the message says, as rosbags and rclpy write it."""
+"""Stamps and Imu read from bytes are those of the message, as rosbags and rclpy write it."""
 
 from __future__ import annotations
 
@@ -14,8 +14,15 @@ from rclpy.serialization import serialize_message
 from rosbags.typesys import Stores, get_typestore
 from sensor_msgs.msg import Imu
 
-from hijack_detect.streams.imu_bytes import FROM_BYTES, attitude_from_bytes, imu_from_bytes
-from hijack_detect.streams.messages import CONVERTERS, BadMessage
+from hijack_detect.streams.cdr import (
+    FROM_BYTES,
+    attitude_from_bytes,
+    imu_from_bytes,
+    stamp_from_bytes,
+    with_stamp,
+)
+from hijack_detect.streams.messages import CONVERTERS, BadMessage, header_stamp_ns
+from hijack_detect.streams.samples import NANOSECONDS
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 TYPES = STORE.types
@@ -111,3 +118,26 @@ def test_a_frame_name_longer_than_the_message_is_left_to_the_message() -> None:
     whole = bytearray(written(made("imu")))
     whole[12:16] = (2**32 - 1).to_bytes(4, "little")
     assert imu_from_bytes(bytes(whole)) is None
+
+
+@given(
+    frame=names,
+    little_endian=st.booleans(),
+    stamp_ns=st.integers(-(2**31) * NANOSECONDS, 2**31 * NANOSECONDS - 1),
+)
+def test_a_stamp_is_read_and_replaced_where_the_message_has_it(
+    frame: str, little_endian: bool, stamp_ns: int
+) -> None:
+    data = written(made(frame), little_endian=little_endian)
+    assert stamp_from_bytes(data) == 1_700_000_000_123_456_789
+    changed = with_stamp(data, stamp_ns)
+    assert stamp_from_bytes(changed) == stamp_ns
+    message = STORE.deserialize_cdr(changed, NAME)
+    assert header_stamp_ns(message) == stamp_ns
+    assert changed[:4] + changed[12:] == data[:4] + data[12:]
+
+
+def test_bytes_too_short_for_a_stamp_have_none() -> None:
+    whole = written(made("imu"))
+    assert stamp_from_bytes(whole[:12]) is not None
+    assert all(stamp_from_bytes(whole[:size]) is None for size in range(12))

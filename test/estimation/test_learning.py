@@ -3,11 +3,12 @@
 
 import math
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hijack_detect.estimation.noise_scale import NoiseScale
+from hijack_detect.estimation.learning import LearnedLevel, NoiseScale, Scatter
 
 SECOND = 10**9
 LOW, HIGH = 0.3, 3.0
@@ -166,3 +167,45 @@ def test_15_s_of_jamming_raise_it_by_a_third() -> None:
     raised = feed(one, [9.0] * 23, 60).value
     assert raised <= 1.02**15 * 1.001
     assert raised < feed(without, [9.0] * 23, 60).value
+
+
+def test_what_goes_both_ways_is_learnt_faster_than_what_goes_one_way() -> None:
+    """After 60 s of a quiet flight, 60 s with changes of one limit; 20 s pass until they count."""
+    parts = {}
+    for opposite in (0.0, 1.0):
+        learned = LearnedLevel(0.5, 2.75, 2.0)
+        for second in range(120):
+            changing = 1.0 if second >= 60 else 0.0
+            learned.add(second * SECOND, changing, moving=True, opposite=changing * opposite)
+        parts[opposite] = learned.part
+    assert parts[0.0] == pytest.approx(0.5 + 0.005 * 39, abs=0.02)
+    assert parts[1.0] == pytest.approx(0.5 + 0.02 * 39, abs=0.05)
+
+
+@pytest.mark.parametrize(("sigma", "scale"), [(0.1, 1.0), (0.25, 1.0), (0.5, 2.0), (2.0, 3.0)])
+def test_a_scatter_becomes_that_of_the_innovations_within_its_bounds(
+    sigma: float, scale: float
+) -> None:
+    innovations = np.random.default_rng(1).normal(0.0, sigma, 5000).tolist()
+    one = Scatter(0.25, 3.0, delay_s=20.0, rise_s=200.0, fall_s=200.0)
+    assert one.scale == 3.0
+    for second, value in enumerate(innovations):
+        one.add(second * SECOND, value, 1.0)
+    assert one.scale == pytest.approx(scale, rel=0.1)
+
+
+def test_a_scatter_grows_faster_than_it_shrinks_after_its_delay() -> None:
+    """By hand: 0.25² to 1² with 40 s, one second at a time, and back with 200 s."""
+    one = Scatter(0.25, 4.0, delay_s=20.0, rise_s=40.0, fall_s=200.0)
+    for second in range(5000):
+        one.add(second * SECOND, 0.25, 1.0)
+    assert one.scale == pytest.approx(1.0, abs=1e-9)
+    for second in range(5000, 5061):
+        one.add(second * SECOND, 1.0, 1.0)
+    grown = 1.0 - (1.0 - 0.0625) * (1.0 - 1.0 / 40.0) ** 40
+    assert one.scale == pytest.approx(math.sqrt(grown) / 0.25)
+    one.hold()
+    for second in range(5061, 5082 + 40):
+        one.add(second * SECOND, 0.0, 1.0)
+    shrunk = grown * (1.0 - 1.0 / 200.0) ** 40
+    assert one.scale == pytest.approx(math.sqrt(shrunk) / 0.25)

@@ -1,8 +1,10 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""From the bytes of a `sensor_msgs/Imu` to samples, without making the message.
+"""Header stamps, and samples of a `sensor_msgs/Imu`, from CDR bytes without making the message.
 
-Most of what a monitor hears are IMU samples, and most of an Imu are covariances that nobody reads.
-In CDR its layout is fixed but for the length of the frame's name.
+Four bytes of encapsulation precede the message (DDS-XTypes 7.6.2): two say how it is encoded, two
+are options. `std_msgs/Header` begins with the stamp, and the layout of an Imu is fixed but for the
+length of the frame's name. Most of what a monitor subscribes to are IMU samples, and most of an Imu
+are covariances that nobody reads.
 """
 
 from __future__ import annotations
@@ -16,6 +18,9 @@ from hijack_detect.streams.samples import NANOSECONDS, AttitudeSample, ImuSample
 
 LITTLE_ENDIAN = b"\x00\x01"
 """How plain CDR of little-endian numbers begins; two more bytes follow."""
+_STAMPS = struct.Struct(">iI"), struct.Struct("<iI")
+"""Seconds and nanoseconds, big-endian and little-endian."""
+_STAMP_AT, _STAMP_END = 4, 12
 _HEADER = struct.Struct("<4xiII")
 """Seconds, nanoseconds, and the length of the frame's name with its final zero."""
 _RAW = struct.Struct("<104x 3d 72x 3d 72x")
@@ -37,15 +42,21 @@ def _read(data: bytes, body: struct.Struct) -> tuple[int, tuple[float, ...]] | N
 
 
 def stamp_from_bytes(data: bytes) -> int | None:
-    """The stamp of an Imu, nanoseconds; None if the bytes are laid out in another way."""
-    if len(data) < _HEADER.size or data[:2] != LITTLE_ENDIAN:
+    """Stamp of a message that begins with a header, nanoseconds; None if it is too short."""
+    if len(data) < _STAMP_END:
         return None
-    seconds, nanoseconds, _ = _HEADER.unpack_from(data)
+    seconds, nanoseconds = _STAMPS[data[1] & 1].unpack_from(data, _STAMP_AT)
     return int(seconds) * NANOSECONDS + int(nanoseconds)
 
 
+def with_stamp(data: bytes, stamp_ns: int) -> bytes:
+    """A message that begins with a header, with another stamp."""
+    stamp = _STAMPS[data[1] & 1].pack(*divmod(stamp_ns, NANOSECONDS))
+    return data[:_STAMP_AT] + stamp + data[_STAMP_END:]
+
+
 def imu_from_bytes(data: bytes) -> ImuSample | None:
-    """The sample of a raw Imu; None if the bytes are laid out in another way.
+    """The sample of a raw Imu; None if the layout is not plain little-endian CDR.
 
     Raises:
         BadMessage: As `imu_sample`.
@@ -58,7 +69,7 @@ def imu_from_bytes(data: bytes) -> ImuSample | None:
 
 
 def attitude_from_bytes(data: bytes) -> AttitudeSample | None:
-    """The sample of an Imu with orientation; None if the bytes are laid out in another way.
+    """The sample of an Imu with orientation; None as in `imu_from_bytes`.
 
     Raises:
         BadMessage: As `attitude_sample`.
