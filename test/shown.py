@@ -6,7 +6,7 @@ from __future__ import annotations
 from hijack_detect.detectors.fused import Fused
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.live.picture import Picture
-from hijack_detect.monitor.graph import DETECTORS
+from hijack_detect.monitor.parts import DETECTORS
 from hijack_detect.streams.samples import FixSample
 
 START_NS = 1_700_000_000_000_000_000

@@ -19,8 +19,7 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from hijack_detect.cli.parameter_files import BESIDE
-from hijack_detect.monitor.graph import MonitorParameters
-from hijack_detect.monitor.policies import NODE_FIELDS
+from hijack_detect.monitor.parts import PARTS
 from hijack_detect.nodes import COMPOSED, NODES
 from hijack_detect.nodes.composition_parameters import CompositionParameters
 from hijack_detect.parameters import Parameters
@@ -100,10 +99,8 @@ def short(kinds: Sequence[str]) -> str:
 
 def parameters_of(node: str) -> type[Parameters] | None:
     """The parameter set of a node, None if it has none of its own."""
-    others = {"bag_replay": ReplayParameters, COMPOSED: CompositionParameters, **BESIDE}
-    if node in NODE_FIELDS:
-        return type(getattr(MonitorParameters(), NODE_FIELDS[node]))
-    return others.get(node)
+    known = {"bag_replay": ReplayParameters, COMPOSED: CompositionParameters, **BESIDE}
+    return {**known, **{part.node: part.parameters for part in PARTS}}.get(node)
 
 
 def parameter_rows(kind: type[Parameters]) -> Iterator[str]:

@@ -83,6 +83,7 @@ class CoastDetector:
     """
 
     NAME = "coast"
+    PARAMETERS = CoastParameters
 
     def __init__(self, parameters: CoastParameters) -> None:
         """Start without heading."""

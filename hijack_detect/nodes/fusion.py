@@ -24,7 +24,7 @@ from std_srvs.srv import Trigger
 from hijack_detect.detectors.fusion import SILENT_S, Fusion, FusionResult
 from hijack_detect.detectors.fusion_parameters import FusionParameters
 from hijack_detect.detectors.verdict import State
-from hijack_detect.monitor.graph import heard
+from hijack_detect.monitor.parts import weights
 from hijack_detect.nodes.messages import fusion_message, verdict_from
 from hijack_detect.nodes.outlet import Outlet
 from hijack_detect.nodes.publishers import PublisherWatch
@@ -51,12 +51,12 @@ class FusionNode(StageNode[FusionParameters]):
         super().__init__(
             "fusion",
             FusionParameters,
-            lambda parameters: Fusion(parameters, heard(parameters)),
+            lambda parameters: Fusion(parameters, weights(parameters)),
             _inputs,
             wiring,
             read_only=True,
         )
-        self._detectors = heard(self.parameters)
+        self._detectors = weights(self.parameters)
         self._alert = self.create_publisher(Bool, ALERT_TOPIC, ALERT)
         watched = (ALERT_TOPIC, *map(_topic, self._detectors))
         self._watch = PublisherWatch(self, self.diagnostics, watched)
@@ -211,7 +211,7 @@ def _topic(detector: str) -> str:
 def _inputs(parameters: FusionParameters) -> Mapping[str, Input]:
     return {
         name: Input(_topic(name), DiagnosticArray, INTERNAL, verdict_from)
-        for name in heard(parameters)
+        for name in weights(parameters)
     }
 
 

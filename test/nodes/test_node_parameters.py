@@ -18,8 +18,7 @@ from rcl_interfaces.srv import (
 from rclpy.parameter import Parameter
 from ros import ROOT, Graph, RosProcess
 
-from hijack_detect.monitor.graph import MonitorParameters
-from hijack_detect.monitor.policies import NODE_FIELDS
+from hijack_detect.monitor.parts import PARTS
 from hijack_detect.nodes import COMPOSED, NODES
 from hijack_detect.nodes.running import EXIT_BAD_INPUT
 from hijack_detect.parameters import Parameters
@@ -41,9 +40,7 @@ FIXED = ("attitude_estimator", "fusion")
 
 
 def declared(node: str) -> Parameters:
-    parameters = getattr(MonitorParameters(), NODE_FIELDS[node])
-    assert isinstance(parameters, Parameters)
-    return parameters
+    return next(part.parameters for part in PARTS if part.node == node)()
 
 
 def refused(process: RosProcess) -> str:

@@ -16,7 +16,7 @@ from ros import ROOT, Graph
 
 from hijack_detect.detectors.fusion import FusionResult
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.monitor.graph import DETECTORS
+from hijack_detect.monitor.parts import DETECTORS
 from hijack_detect.nodes.message_types import message_class
 from hijack_detect.nodes.messages import fusion_message, verdict_message
 
