@@ -38,7 +38,7 @@ class Part:
         figures: Values of a detector's verdict, its `score` or its `threshold` that its node
             publishes as Float64 beside the margin, and their units.
         weight: What the fusion makes of a detector; None for other parts.
-        face: Class of its node, as `module:class`.
+        face: Class of its node, as `module:class`; that of a detector is given the row.
         paper: What policy `paper` sets differently from the defaults.
     """
 
@@ -55,6 +55,12 @@ class Part:
     def kind(self) -> type[Any]:
         """Its class."""
         return load(self.component) if isinstance(self.component, str) else self.component
+
+    @property
+    def question(self) -> str:
+        """What it asks, as a sentence."""
+        end = "" if self.asks.endswith("?") else "."
+        return f"{self.asks[:1].upper()}{self.asks[1:]}{end}"
 
     @property
     def parameters(self) -> type[Parameters]:

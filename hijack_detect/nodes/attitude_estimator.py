@@ -8,8 +8,7 @@ orientation FLU to ENU, REP-145; covariance -1 until the heading is known) and y
 
 from __future__ import annotations
 
-from geometry_msgs.msg import TwistStamped
-from sensor_msgs.msg import Imu, MagneticField, NavSatFix
+from sensor_msgs.msg import Imu
 from std_msgs.msg import Float64
 
 from hijack_detect.estimation.attitude import AttitudeEstimator
@@ -17,10 +16,9 @@ from hijack_detect.estimation.attitude_parameters import AttitudeParameters
 from hijack_detect.estimation.rotation import heading
 from hijack_detect.nodes.messages import imu_message
 from hijack_detect.nodes.outlet import Outlet
-from hijack_detect.nodes.qos import SENSOR
 from hijack_detect.nodes.running import run
 from hijack_detect.nodes.stage_node import StageNode
-from hijack_detect.nodes.wiring import Topics, Wiring, sensor_input
+from hijack_detect.nodes.wiring import INPUTS, Topics, Wiring
 from hijack_detect.streams.samples import AttitudeSample
 
 
@@ -33,12 +31,7 @@ class AttitudeEstimatorNode(StageNode[AttitudeParameters]):
 
     def __init__(self, wiring: Wiring) -> None:
         """Subscribe and advertise; see StageNode."""
-        inputs = {
-            "imu": sensor_input("imu", "imu/data_raw", Imu, SENSOR),
-            "fix": sensor_input("fix", "gps/fix", NavSatFix, SENSOR),
-            "velocity": sensor_input("velocity", "gps/vel", TwistStamped, SENSOR),
-            "mag": sensor_input("mag", "mag", MagneticField, SENSOR),
-        }
+        inputs = {name: INPUTS[name] for name in ("imu", "fix", "velocity", "mag")}
         super().__init__(
             "attitude_estimator",
             AttitudeParameters,

@@ -11,16 +11,13 @@ once a second.
 from __future__ import annotations
 
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import TwistStamped
-from sensor_msgs.msg import FluidPressure, Imu, NavSatFix
 
 from hijack_detect.estimation.flight_phase import FlightPhaseEstimator, FlightPhaseParameters
 from hijack_detect.nodes.messages import phase_message
 from hijack_detect.nodes.outlet import Outlet
-from hijack_detect.nodes.qos import SENSOR
 from hijack_detect.nodes.running import run
 from hijack_detect.nodes.stage_node import StageNode
-from hijack_detect.nodes.wiring import PHASE_TOPIC, Topics, Wiring, sensor_input
+from hijack_detect.nodes.wiring import INPUTS, PHASE_TOPIC, Topics, Wiring
 from hijack_detect.streams.samples import NANOSECONDS, PhaseSample
 
 PHASE_SUBJECT = "phase of the flight"
@@ -32,12 +29,7 @@ class FlightPhaseNode(StageNode[FlightPhaseParameters]):
 
     def __init__(self, wiring: Wiring) -> None:
         """Subscribe and advertise; see StageNode."""
-        inputs = {
-            "imu": sensor_input("imu", "imu/data_raw", Imu, SENSOR),
-            "pressure": sensor_input("pressure", "pressure", FluidPressure, SENSOR),
-            "velocity": sensor_input("velocity", "gps/vel", TwistStamped, SENSOR),
-            "fix": sensor_input("fix", "gps/fix", NavSatFix, SENSOR),
-        }
+        inputs = {name: INPUTS[name] for name in ("imu", "pressure", "velocity", "fix")}
         super().__init__(
             "flight_phase",
             FlightPhaseParameters,

@@ -10,16 +10,14 @@ pi; the last value is held while not observable).
 from __future__ import annotations
 
 from geometry_msgs.msg import QuaternionStamped
-from sensor_msgs.msg import NavSatFix
 from std_msgs.msg import Float64
 
 from hijack_detect.estimation.course import CourseEstimator, CourseParameters, gps_angle
 from hijack_detect.nodes.messages import course_message
 from hijack_detect.nodes.outlet import Outlet
-from hijack_detect.nodes.qos import SENSOR
 from hijack_detect.nodes.running import run
 from hijack_detect.nodes.stage_node import StageNode
-from hijack_detect.nodes.wiring import Topics, Wiring, sensor_input
+from hijack_detect.nodes.wiring import INPUTS, Topics, Wiring
 from hijack_detect.streams.samples import CourseSample
 
 
@@ -28,7 +26,7 @@ class GpsAngleNode(StageNode[CourseParameters]):
 
     def __init__(self, wiring: Wiring) -> None:
         """Subscribe and advertise; see StageNode."""
-        inputs = {"fix": sensor_input("fix", "gps/fix", NavSatFix, SENSOR)}
+        inputs = {name: INPUTS[name] for name in ("fix",)}
         super().__init__(
             "gps_angle", CourseParameters, CourseEstimator, inputs, wiring, output="gps/course"
         )

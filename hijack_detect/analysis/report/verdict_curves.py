@@ -66,5 +66,5 @@ def score_panel(done: Analysed, recorded: Recording, name: str) -> Panel:
     add_curve(figure, recorded.said(name, SCORE), "score", BLUE, "")
     add_limit_in_force(figure, recorded, name, "")
     figure.update_yaxes(rangemode="tozero")
-    asks = next(part.asks for part in done.parameters.parts if part.name == name)
-    return Panel(name, f"{name}: score and limit", f"{asks[:1].upper()}{asks[1:]}.", figure)
+    note = next(part.question for part in done.parameters.parts if part.name == name)
+    return Panel(name, f"{name}: score and limit", note, figure)
