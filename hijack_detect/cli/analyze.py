@@ -48,7 +48,7 @@ STDOUT = Path("-")
     "detectors",
     multiple=True,
     metavar="FILE.py:CLASS",
-    help="Run a detector of your own too; the fusion hears it. Can be given again.",
+    help="Run a detector of your own too; the fusion subscribes to it. Can be given again.",
 )
 @COLUMNS
 @sensor_options
@@ -130,8 +130,8 @@ def _parameters(policy: str, params: Path | None, detectors: Sequence[str]) -> M
 
     own = load_detectors(detectors)
     if params is not None:
-        return load_parameters(params, own).voting(own)
-    return policy_parameters(policy).adding(own).voting(own)
+        return load_parameters(params, own)
+    return policy_parameters(policy, own)
 
 
 def _analysed(

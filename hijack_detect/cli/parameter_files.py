@@ -72,13 +72,13 @@ def load_parameters(path: Path, own: Sequence[Part] = ()) -> MonitorParameters:
         raise ParameterError(f"{path}: {error}") from error
 
 
-def parameter_file(policy: str) -> str:
-    """The text of a policy's parameter file.
+def parameter_file(policy: str, own: Sequence[Part] = ()) -> str:
+    """The text of a policy's parameter file, with the user's own detectors in it.
 
     Raises:
-        ParameterError: There is no such policy.
+        ParameterError: There is no such policy, or the name of a detector cannot be used.
     """
-    return manual(policy_parameters(policy), HEADER.format(policy=policy))
+    return manual(policy_parameters(policy, own), HEADER.format(policy=policy))
 
 
 def manual(chosen: MonitorParameters, header: str, *, changed_only: bool = False) -> str:

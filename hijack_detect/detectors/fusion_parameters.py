@@ -34,8 +34,9 @@ class FusionParameters(Parameters):
         "Policy `default`: what detectors of your own count for, NAME=SLOPE,NEUTRAL,LOW,HIGH with "
         "spaces between them: the likelihood ratio SLOPE · ln(margin / NEUTRAL), from LOW to HIGH "
         "nats, and their alarm makes an alert. Words can follow, with commas: `supports`, the "
-        "alarm alone makes none; `carry_off`, it could see a carry-off; `velocity` or `height` of "
-        "the receiver, a source of error of others too, of which only one counts.",
+        "alarm alone makes none; `carry_off`, it could see a carry-off; `keeps_alarm`, until it is "
+        "reset itself; `velocity` or `height` of the receiver, a source of error of others too, of "
+        "which only one counts. `advisory` instead of numbers: it is only shown.",
     )
     prior: float = param(
         0.1,

@@ -36,6 +36,8 @@ class LikelihoodRatio:
         return min(max(nats, self.low), self.high)
 
 
+ADVISORY, SEES, SUPPORTS, KEEPS = "advisory", "carry_off", "supports", "keeps_alarm"
+"""Words of a weight's text."""
 SOURCES_OF_ERROR = ("velocity", "height")
 """What detectors can share: velocity of the receiver and attitude; height of the receiver."""
 
@@ -67,16 +69,18 @@ class Weight:
     @property
     def text(self) -> str:
         """It as the parameter `further_weights` has it; see `from_text`."""
-        numbers = (ADVISORY,) if self.ratio is None else map(repr, astuple(self.ratio))
-        flags = ((self.sees_carry_off, SEES), (not self.may_alert, SUPPORTS), (self.shares, ""))
-        return ",".join([*numbers, *(word or str(given) for given, word in flags if given)])
+        ratio = None if self.ratio is None else astuple(self.ratio)
+        numbers = [ADVISORY] if ratio is None else [repr(float(one)) for one in ratio]
+        flags = ((self.sees_carry_off, SEES), (not self.may_alert, SUPPORTS),
+                 (self.keeps_alarm, KEEPS), (self.shares, self.shares))  # fmt: skip
+        return ",".join([*numbers, *(word for given, word in flags if given)])
 
     @classmethod
     def from_text(cls, text: str) -> Weight:
         """Read `SLOPE,NEUTRAL,LOW,HIGH` or `advisory`, and words, all with commas in between.
 
-        Words are `carry_off` (see `sees_carry_off`), `supports` (not `may_alert`) and those of
-        SOURCES_OF_ERROR.
+        Words are `carry_off` (see `sees_carry_off`), `supports` (not `may_alert`), `keeps_alarm`
+        and those of SOURCES_OF_ERROR.
 
         Raises:
             ValueError: It is something else, or such a ratio would not grow with the margin.
@@ -91,13 +95,12 @@ class Weight:
             if min(ratio.slope, ratio.neutral) <= 0.0 or not ratio.low <= 0.0 <= ratio.high:
                 raise ValueError("SLOPE and NEUTRAL must be above 0, and 0 from LOW to HIGH")
         shared = [word for word in words if word in SOURCES_OF_ERROR]
-        if unknown := {*words} - {SEES, SUPPORTS, *shared[:1]}:
+        if unknown := {*words} - {SEES, SUPPORTS, KEEPS, *shared[:1]}:
             raise ValueError(f"what is '{min(unknown)}'?")
         alerts = ratio is not None and SUPPORTS not in words
-        return cls(ratio, "".join(shared), alerts, SEES in words)
+        return cls(ratio, "".join(shared), alerts, SEES in words, KEEPS in words)
 
 
-ADVISORY, SEES, SUPPORTS = "advisory", "carry_off", "supports"
 UNCALIBRATED = Weight(LikelihoodRatio(3.0, 0.7, -0.2, 3.0), may_alert=False)
 """Of a detector of which nothing is known: its alarm supports an alert and never makes one."""
 

@@ -9,9 +9,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
-from hijack_detect.detectors.fusion import Fusion
 from hijack_detect.detectors.fusion_parameters import FusionParameters
-from hijack_detect.monitor.parts import PARTS, Part, added, weights
+from hijack_detect.monitor.parts import PARTS, Part, weights
 from hijack_detect.monitor.stage import Component, Stage
 from hijack_detect.parameters import Parameters
 from hijack_detect.streams.receiver_clock import ReceiverClock
@@ -65,20 +64,8 @@ class MonitorParameters:
     def adding(
         self, parts: Sequence[Part], values: Mapping[str, Parameters] | None = None
     ) -> MonitorParameters:
-        """These with other detectors, to which the fusion does not subscribe; see `voting`."""
+        """These with other detectors, to which the fusion does not subscribe."""
         return MonitorParameters({**self.values, **(values or {})}, (*self.parts, *parts))
-
-    def voting(self, parts: Sequence[Part]) -> MonitorParameters:
-        """These with a fusion that subscribes to other detectors too.
-
-        Raises:
-            ParameterError: See `weights`.
-        """
-        fusion = self.fusion
-        for part in parts:
-            fusion = added(fusion, part)
-        weights(fusion)
-        return dataclasses.replace(self, values={**self.values, Fusion.NAME: fusion})
 
 
 class Monitor:

@@ -6,8 +6,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from hijack_detect.detectors.fusion import Fusion
 from hijack_detect.monitor.graph import MonitorParameters
-from hijack_detect.monitor.parts import PARTS, Part
+from hijack_detect.monitor.parts import PARTS, Part, added, weights
 from hijack_detect.parameters import ParameterError, Parameters
 
 POLICIES: Mapping[str, Mapping[str, Mapping[str, Any]]] = {
@@ -17,15 +18,15 @@ POLICIES: Mapping[str, Mapping[str, Mapping[str, Any]]] = {
 """What each policy sets differently from the defaults, by node."""
 
 
-def policy_parameters(name: str) -> MonitorParameters:
-    """Parameters of a policy.
+def policy_parameters(name: str, own: Sequence[Part] = ()) -> MonitorParameters:
+    """Parameters of a policy, and of the user's own detectors; see `from_nodes`.
 
     Raises:
-        ParameterError: There is no such policy.
+        ParameterError: There is no such policy, or the name of a detector cannot be used.
     """
     if name not in POLICIES:
         raise ParameterError(f"no policy '{name}' (there are: {', '.join(POLICIES)})")
-    return from_nodes(POLICIES[name])
+    return from_nodes(POLICIES[name], own=own)
 
 
 def from_nodes(
@@ -39,7 +40,8 @@ def from_nodes(
         values: Values by parameter name, by node name.
         beside: Parameter sets of the nodes beside the monitor; what is given for those is only
             checked.
-        own: Rows of the user's own detectors.
+        own: Rows of the user's own detectors. The fusion subscribes to them, with the weights that
+            its own values give them, else with those of the rows.
 
     Raises:
         ParameterError: A node or parameter is unknown, or a value is refused.
@@ -57,4 +59,9 @@ def from_nodes(
             raise ParameterError(f"{node}: {error}") from error
         if node in names:
             made[names[node]] = checked
-    return MonitorParameters(made, parts)
+    parameters = MonitorParameters(made, parts)
+    fusion = parameters.fusion
+    for part in own:
+        fusion = added(fusion, part)
+    weights(fusion)
+    return MonitorParameters({**parameters.values, Fusion.NAME: fusion}, parts)

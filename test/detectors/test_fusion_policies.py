@@ -510,13 +510,22 @@ def test_a_further_detector_with_a_weight_makes_an_alert_of_its_own() -> None:
 
 
 @pytest.mark.parametrize(
-    "words", ["", ",supports", ",velocity", ",carry_off,height", ",supports,carry_off,velocity"]
+    "words",
+    [
+        "",
+        ",supports",
+        ",velocity",
+        ",carry_off,height",
+        ",supports,carry_off,velocity",
+        ",keeps_alarm",
+    ],
 )
 def test_a_weight_reads_back_what_it_writes(words: str) -> None:
     one = Weight.from_text(f"10.0,0.6,-0.1,5.0{words}")
     assert one.ratio == LikelihoodRatio(10.0, 0.6, -0.1, 5.0)
     assert (one.may_alert, one.sees_carry_off) == ("supports" not in words, "carry_off" in words)
     assert one.shares in words
+    assert one.keeps_alarm == ("keeps_alarm" in words)
     assert Weight.from_text(one.text) == one
 
 
