@@ -5,8 +5,9 @@ from __future__ import annotations
 
 import dataclasses
 from collections import defaultdict, deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, TypeVar
 
 from hijack_detect.detectors.fusion_parameters import FusionParameters
@@ -89,7 +90,8 @@ class Monitor:
         self.detectors = parameters.detectors
         self.clock = ReceiverClock()
         self.stages: Mapping[str, Stage] = {
-            part.name: Stage(maker(part, parameters[part.name])) for part in parameters.parts
+            part.name: Stage(partial(component_of, part, parameters[part.name]))
+            for part in parameters.parts
         }
         self._hearers: dict[str, list[tuple[str, Stage]]] = defaultdict(list)
         for name, stage in self.stages.items():
@@ -113,13 +115,12 @@ class Monitor:
         return outputs
 
 
-def maker(part: Part, parameters: Parameters) -> Callable[[], Component]:
-    """What makes a part's component: it is made again when a clock runs backwards.
+def component_of(part: Part, parameters: Parameters) -> Component:
+    """Make the estimator, detector or fusion of a row.
 
     Raises:
         ParameterError: See `weights`.
     """
-    if isinstance(parameters, FusionParameters):
-        heard = weights(parameters)
-        return lambda: part.kind(parameters, heard)
-    return lambda: part.kind(parameters)
+    heard = (weights(parameters),) if isinstance(parameters, FusionParameters) else ()
+    component: Component = part.kind(parameters, *heard)
+    return component

@@ -38,7 +38,7 @@ class Part:
         figures: Values of a detector's verdict, its `score` or its `threshold` that its node
             publishes as Float64 beside the margin, and their units.
         weight: What the fusion makes of a detector; None for other parts.
-        face: Class of its node, as `module:class`; that of a detector is given the row.
+        face: Class of its node, as `module:class`, made from the row and a `Wiring`.
         paper: What policy `paper` sets differently from the defaults.
     """
 

@@ -32,10 +32,7 @@ def make(executor: Executor) -> Sequence[Node]:
     with naming("monitor"):
         parameters = declare(monitor, CompositionParameters, read_only=True)
     composition = Composition(executor, parameters.publish_rate or None)
-    nodes = [
-        load(part.face)(*((composition,) if part.weight is None else (part, composition)))
-        for part in PARTS
-    ]
+    nodes = [load(part.face)(part, composition) for part in PARTS]
     composition.connect(monitor)
     return nodes
 

@@ -11,14 +11,13 @@ from __future__ import annotations
 from sensor_msgs.msg import Imu
 from std_msgs.msg import Float64
 
-from hijack_detect.estimation.attitude import AttitudeEstimator
 from hijack_detect.estimation.attitude_parameters import AttitudeParameters
 from hijack_detect.estimation.rotation import heading
+from hijack_detect.monitor.parts import Part
 from hijack_detect.nodes.messages import imu_message
 from hijack_detect.nodes.outlet import Outlet
-from hijack_detect.nodes.running import run
-from hijack_detect.nodes.stage_node import StageNode
-from hijack_detect.nodes.wiring import INPUTS, Topics, Wiring
+from hijack_detect.nodes.stage_node import StageNode, row_of, run_part
+from hijack_detect.nodes.wiring import Wiring, inputs_of
 from hijack_detect.streams.samples import AttitudeSample
 
 
@@ -29,18 +28,9 @@ class AttitudeEstimatorNode(StageNode[AttitudeParameters]):
     is found again.
     """
 
-    def __init__(self, wiring: Wiring) -> None:
+    def __init__(self, part: Part, wiring: Wiring) -> None:
         """Subscribe and advertise; see StageNode."""
-        inputs = {name: INPUTS[name] for name in ("imu", "fix", "velocity", "mag")}
-        super().__init__(
-            "attitude_estimator",
-            AttitudeParameters,
-            AttitudeEstimator,
-            inputs,
-            wiring,
-            output="imu/data",
-            read_only=True,
-        )
+        super().__init__(part, inputs_of(part), wiring, output="imu/data", read_only=True)
         self._imu = Outlet(self, Imu, "imu/data", wiring.rate_hz)
         self._yaw = Outlet(self, Float64, "yaw", wiring.rate_hz)
 
@@ -54,7 +44,7 @@ class AttitudeEstimatorNode(StageNode[AttitudeParameters]):
 
 def main() -> None:
     """Run the node."""
-    run(lambda: AttitudeEstimatorNode(Topics()), __doc__ or "")
+    run_part(row_of("attitude_estimator"), __doc__ or "")
 
 
 if __name__ == "__main__":

@@ -11,24 +11,21 @@ from pathlib import Path
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.experimental.events_executor import EventsExecutor
 from std_msgs.msg import Bool, Float64
 
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.monitor.parts import PARTS, Part, load, own_part
+from hijack_detect.monitor.graph import component_of
+from hijack_detect.monitor.parts import Part, own_part
 from hijack_detect.nodes.messages import verdict_message
 from hijack_detect.nodes.outlet import Outlet
-from hijack_detect.nodes.running import run
-from hijack_detect.nodes.stage_node import StageNode
-from hijack_detect.nodes.wiring import IMU_TOPIC, Topics, Wiring, inputs_of
+from hijack_detect.nodes.stage_node import StageNode, row_of, run_part
+from hijack_detect.nodes.wiring import IMU_TOPIC, INPUTS, SATELLITES, Wiring, inputs_of
 from hijack_detect.parameters import Parameters
 from hijack_detect.streams.headerless import SatelliteStamps
 from hijack_detect.streams.receiver_clock import REFERENCE, STAMPED
 
 MARGIN = "margin"
 """The figure that every detector has: score over threshold, so that all fit on one plot."""
-SATELLITES = "satellites"
 
 
 class DetectorNode(StageNode[Parameters]):
@@ -52,7 +49,7 @@ class DetectorNode(StageNode[Parameters]):
         inputs = inputs_of(part)
         self.NEEDS_SOURCE_TIMES = SATELLITES in inputs
         self._stamps = SatelliteStamps()
-        super().__init__(part.node, part.parameters, part.kind, inputs, wiring, output=verdict)
+        super().__init__(part, inputs, wiring, output=verdict)
         self._verdict = Outlet(self, DiagnosticArray, verdict, wiring.rate_hz)
         self._hijacked = Outlet(self, Bool, f"{name}/hijacked", wiring.rate_hz)
         self._figures = {
@@ -87,8 +84,8 @@ def _figure(output: Verdict, name: str) -> Float64:
 
 def summary(part: Part) -> str:
     """What the node of a detector asks, its topics and their units."""
-    inputs = inputs_of(part)
-    topics = [one.topic for one in inputs.values()]
+    inputs = component_of(part, part.parameters()).inputs
+    topics = [INPUTS[name].topic for name in inputs if name in INPUTS]
     if {*STAMPED} & {*inputs} and REFERENCE not in inputs:
         topics.append(f"{IMU_TOPIC} for its stamps")
     figures = {MARGIN: "score over threshold", **part.figures}
@@ -112,12 +109,8 @@ def run_detector(which: str | type[Any], text: str = "") -> None:
         which: Its node, for one of the registry; its class, for one of the user's own.
         text: What `--help` prints, default `summary`.
     """
-    if isinstance(which, str):
-        part = next(one for one in PARTS if one.node == which)
-    else:
-        part = own_part(which)
-    executor = SingleThreadedExecutor if SATELLITES in inputs_of(part) else EventsExecutor
-    run(lambda: load(part.face)(part, Topics()), text or summary(part), executor)
+    part = row_of(which) if isinstance(which, str) else own_part(which)
+    run_part(part, text or summary(part))
 
 
 def main() -> None:

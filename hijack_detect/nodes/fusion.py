@@ -24,15 +24,14 @@ from std_srvs.srv import Trigger
 from hijack_detect.detectors.fusion import SILENT_S, Fusion, FusionResult
 from hijack_detect.detectors.fusion_parameters import FusionParameters
 from hijack_detect.detectors.verdict import State
-from hijack_detect.monitor.parts import weights
+from hijack_detect.monitor.parts import Part, weights
 from hijack_detect.nodes.messages import fusion_message, verdict_from
 from hijack_detect.nodes.outlet import Outlet
 from hijack_detect.nodes.publishers import PublisherWatch
 from hijack_detect.nodes.qos import ALERT, INTERNAL
-from hijack_detect.nodes.running import run
-from hijack_detect.nodes.stage_node import StageNode
+from hijack_detect.nodes.stage_node import StageNode, row_of, run_part
 from hijack_detect.nodes.survival import Survivor
-from hijack_detect.nodes.wiring import Input, Topics, Wiring
+from hijack_detect.nodes.wiring import Input, Wiring
 from hijack_detect.promise import REPEAT_S
 from hijack_detect.streams.samples import NANOSECONDS
 
@@ -46,16 +45,9 @@ WATCH_S = 0.25
 class FusionNode(StageNode[FusionParameters]):
     """Runs `Fusion`. Parameters are read-only: a change would lose a latched alert."""
 
-    def __init__(self, wiring: Wiring) -> None:
+    def __init__(self, part: Part, wiring: Wiring) -> None:
         """Subscribe and advertise; see StageNode."""
-        super().__init__(
-            "fusion",
-            FusionParameters,
-            lambda parameters: Fusion(parameters, weights(parameters)),
-            _inputs,
-            wiring,
-            read_only=True,
-        )
+        super().__init__(part, _inputs, wiring, read_only=True)
         self._detectors = weights(self.parameters)
         self._alert = self.create_publisher(Bool, ALERT_TOPIC, ALERT)
         watched = (ALERT_TOPIC, *map(_topic, self._detectors))
@@ -222,7 +214,7 @@ def _said(result: FusionResult) -> tuple[Any, ...]:
 
 def main() -> None:
     """Run the node."""
-    run(lambda: FusionNode(Topics()), __doc__ or "")
+    run_part(row_of("fusion"), __doc__ or "")
 
 
 if __name__ == "__main__":

@@ -22,6 +22,8 @@ from hijack_detect.streams.imu_bytes import FROM_BYTES, stamp_from_bytes
 from hijack_detect.streams.messages import CONVERTERS, header_stamp_ns, satellite_count
 from hijack_detect.streams.receiver_clock import Passed, ReceiverClock
 
+SATELLITES = "satellites"
+"""Has no header: how its messages get a stamp depends on the order of publication."""
 IMU_TOPIC = "imu/data_raw"
 """Its stamps tell the time, see `ReceiverClock`."""
 
@@ -61,7 +63,7 @@ INPUTS: Mapping[str, Input] = {
     "imu": _input("imu", IMU_TOPIC, Imu, SENSOR),
     "fix": _input("fix", "gps/fix", NavSatFix, SENSOR),
     "velocity": _input("velocity", "gps/vel", TwistStamped, SENSOR),
-    "satellites": Input("gps/satellites", UInt32, SENSOR, satellite_count),
+    SATELLITES: Input("gps/satellites", UInt32, SENSOR, satellite_count),
     "mag": _input("mag", "mag", MagneticField, SENSOR),
     "pressure": _input("pressure", "pressure", FluidPressure, SENSOR),
     "phase": _input("phase", PHASE_TOPIC, DiagnosticArray, INTERNAL),

@@ -212,6 +212,15 @@ def test_what_is_no_detector_is_refused(given: str, told: str) -> None:
     assert "Traceback" not in done.stderr
 
 
+def test_an_input_that_there_is_not_is_refused_by_the_node(tmp_path: Path) -> None:
+    path = tmp_path / "wrong.py"
+    path.write_text(FILE.read_text().replace('{"imu": 3.0', '{"sonar": 3.0'))
+    done = subprocess.run([sys.executable, path], capture_output=True, text=True, check=False)
+    assert done.returncode == 2, done.stderr
+    assert "error: standing: there is no input 'sonar' (there are: imu, fix, " in done.stderr
+    assert "Traceback" not in done.stderr
+
+
 def test_its_node_says_the_same_and_a_fusion_alerts(graph: Graph, bag: Path) -> None:
     heard = graph.listen(DiagnosticArray, "standing/verdict")
     distance = graph.listen(Float64, "standing/distance")

@@ -13,7 +13,7 @@ from hijack_detect.evaluation.trials.cases import HIJACKED, Case, class_of
 from hijack_detect.evaluation.trials.parallel import HERE, Failure, Pool, map_cases
 from hijack_detect.evaluation.trials.recorded import Recorded, judge
 from hijack_detect.evaluation.trials.recorded import record as record_flight
-from hijack_detect.monitor.graph import MonitorParameters, maker
+from hijack_detect.monitor.graph import MonitorParameters, component_of
 from hijack_detect.replay.outcome import Attack, alert_is_right
 
 CLEAN = "non-hijacked"
@@ -175,7 +175,7 @@ def verdicts_at(
     """What a detector says of a flight at each value of one of its parameters."""
     part = next(part for part in parameters.parts if part.name == method)
     changed = (parameters.having(method, **{parameter: value}) for value in values)
-    return [judge(flight, maker(part, one[method])) for one in changed]
+    return [judge(flight, partial(component_of, part, one[method])) for one in changed]
 
 
 def csv_text(what: Sweep, curves: Sequence[Curve]) -> str:
