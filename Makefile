@@ -14,7 +14,8 @@ sum = $(shell { $(1); } 2>/dev/null | cksum | cut -d ' ' -f 1)
 RUNTIME := .venv/runtime-$(call sum,cat requirements.txt)
 TEST := .venv/test-$(call sum,cat requirements.txt requirements-test.txt)
 PROJECT := .venv/project-$(call sum,ls launch config bags; cat setup.* pyproject.toml \
-	package.xml hijack_detect/__init__.py hijack_detect/nodes/__init__.py)
+	package.xml hijack_detect/__init__.py hijack_detect/nodes/__init__.py \
+	hijack_detect/monitor/parts.py)
 
 PIP := .venv/bin/python -m pip --disable-pip-version-check --no-input
 # The lock is complete: nothing is left to resolve. Older versions of pip refuse a requirement with

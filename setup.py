@@ -5,16 +5,19 @@ from __future__ import annotations
 
 import os
 import runpy
+import sys
 from pathlib import Path
 
 from setuptools import Distribution, find_packages, setup
 
+sys.path.insert(0, str(Path(__file__).parent))
+from hijack_detect.nodes import NODES, entry_point
+
 NAME = "hijack_detect"
 VERSION = runpy.run_path(f"{NAME}/__init__.py")["__version__"]
-NODES = runpy.run_path(f"{NAME}/nodes/__init__.py")["NODES"]
 PROGRAMS = {
     "hijack-detect": f"{NAME}.cli.main:main",
-    **{node: f"{NAME}.nodes.{node}:main" for node in NODES},
+    **{node: entry_point(node) for node in NODES},
 }
 
 # pip puts console scripts into bin/, and `ros2 run` looks in lib/<package>/.

@@ -257,8 +257,8 @@ def spread(seconds: Sequence[float], prefix: str) -> dict[str, float]:
 def node_command(name: str) -> list[str]:
     """Command that starts a node of the package with the default policy."""
     config = str(HERE.parent / "config/default.yaml")
-    module = f"hijack_detect.nodes.{name}"
-    return [sys.executable, "-m", module, "--ros-args", "--params-file", config]
+    node = ["-m", "hijack_detect.nodes", name]
+    return [sys.executable, *node, "--ros-args", "--params-file", config]
 
 
 def measure(folder: Path, repeats: int) -> Section:

@@ -14,7 +14,6 @@ import statistics
 import time
 from collections import defaultdict
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +27,9 @@ from section import Section
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.bags.samples import Rejected, read_samples
 from hijack_detect.detectors.correlation import CorrelationDetector
+from hijack_detect.detectors.correlation_parameters import CorrelationParameters
 from hijack_detect.detectors.date import DateDetector
+from hijack_detect.detectors.date_parameters import DateParameters
 from hijack_detect.monitor.graph import Monitor
 from hijack_detect.monitor.policies import policy_parameters
 from hijack_detect.monitor.stage import Component
@@ -127,10 +128,9 @@ def windows(heard: dict[str, Heard], repeats: int) -> dict[str, float]:
         imu_us, fix_us = timed(make, heard[name], repeats, FULL_S)
         return imu_us * IMU_HZ + fix_us * GPS_HZ
 
-    p = policy_parameters("default")
     makers: dict[str, Callable[[float], Callable[[], Component]]] = {
-        "correlation": lambda s: lambda: CorrelationDetector(replace(p.correlation, window_s=s)),
-        "date": lambda s: lambda: DateDetector(replace(p.date, window_s=s)),
+        "correlation": lambda s: lambda: CorrelationDetector(CorrelationParameters(window_s=s)),
+        "date": lambda s: lambda: DateDetector(DateParameters(window_s=s)),
     }
     return {
         name: cost(make(LONGEST_S), name) / cost(make(SHORTEST_S), name)

@@ -1,12 +1,12 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """A detector of your own in one file: does the GPS move while the vehicle stands?
 
+    hijack-detect analyze FLIGHT --detector examples/standing_detector.py:StandingDetector
     python examples/standing_detector.py
     ros2 run hijack_detect all --ros-args -p fusion:further_detectors:=standing
-    hijack-detect analyze FLIGHT --detector examples/standing_detector.py:StandingDetector
 
-The parameters, the detector and its node, which is all that there is to a detector. The same class
-runs in the node, and offline in `analyze`.
+The parameters and the detector, which is all that there is to one. The same class runs offline in
+`analyze`, where there is no ROS, and in a node.
 """
 
 from __future__ import annotations
@@ -14,16 +14,11 @@ from __future__ import annotations
 import math
 from collections import deque
 from dataclasses import dataclass
-
-from sensor_msgs.msg import Imu, NavSatFix
+from typing import ClassVar
 
 from hijack_detect.detectors.persistence import Persistence
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.estimation.geodesy import LocalFrame
-from hijack_detect.nodes.detector_node import DetectorNode
-from hijack_detect.nodes.qos import SENSOR
-from hijack_detect.nodes.running import run
-from hijack_detect.nodes.wiring import Topics, Wiring, sensor_input
 from hijack_detect.parameters import Parameters, param
 from hijack_detect.streams.samples import NANOSECONDS, FixSample, ImuSample
 
@@ -55,6 +50,8 @@ class StandingDetector:
 
     NAME = "standing"
     PARAMETERS = StandingParameters
+    ASKS = "does the GPS move while the vehicle stands?"
+    FIGURES: ClassVar = {"distance": "from where it came to rest, m"}
 
     def __init__(self, parameters: StandingParameters) -> None:
         """Begin without samples."""
@@ -99,24 +96,8 @@ class StandingDetector:
         )
 
 
-class StandingDetectorNode(DetectorNode[StandingParameters]):
-    """Publishes standing/verdict, standing/hijacked and standing/distance (m)."""
-
-    def __init__(self, wiring: Wiring) -> None:
-        """Subscribe and advertise."""
-        inputs = {
-            "imu": sensor_input("imu", "imu/data_raw", Imu, SENSOR),
-            "fix": sensor_input("fix", "gps/fix", NavSatFix, SENSOR),
-        }
-        super().__init__(
-            StandingDetector.NAME,
-            StandingParameters,
-            StandingDetector,
-            inputs,
-            wiring,
-            ("distance",),
-        )
-
-
 if __name__ == "__main__":
-    run(lambda: StandingDetectorNode(Topics()), __doc__ or "")
+    # Imported here, since an analysis does without ROS.
+    from hijack_detect.nodes.detector_node import run_detector
+
+    run_detector(StandingDetector)

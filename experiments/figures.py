@@ -22,7 +22,9 @@ from matplotlib import pyplot as plt
 from matplotlib.axes import Axes
 
 from hijack_detect.detectors.correlation import CorrelationDetector
+from hijack_detect.detectors.correlation_parameters import CorrelationParameters
 from hijack_detect.detectors.date import DateDetector
+from hijack_detect.detectors.date_parameters import DateParameters
 from hijack_detect.detectors.ins_position import InsPosition, InsPositionParameters
 from hijack_detect.detectors.verdict import JUDGED, State, Verdict
 from hijack_detect.estimation.geodesy import LocalFrame
@@ -34,6 +36,8 @@ from hijack_detect.monitor.policies import policy_parameters
 from hijack_detect.streams.samples import NANOSECONDS, FixSample
 
 PAPER = policy_parameters("paper")
+CORRELATION = PAPER.of(CorrelationParameters)
+DATE = PAPER.of(DateParameters)
 YAW, COURSE, ALARM = "tab:blue", "tab:orange", "tab:red"
 
 
@@ -63,8 +67,8 @@ def flown(case: SimulatedCase) -> Flown:
     return Flown(
         case,
         recorded,
-        judge(recorded, lambda: CorrelationDetector(PAPER.correlation)),
-        judge(recorded, lambda: DateDetector(PAPER.date)),
+        judge(recorded, lambda: CorrelationDetector(CORRELATION)),
+        judge(recorded, lambda: DateDetector(DATE)),
     )
 
 
@@ -113,7 +117,7 @@ def accelerations(one: Flown, axes: Axes) -> None:
     time = [one.seconds(v.stamp_ns) for v in verdicts]
     for name, label in (("delta_ax", "$\\Delta a_x$"), ("delta_ay", "$\\Delta a_y$")):
         axes.plot(time, [v.values[name] for v in verdicts], label=label)
-    limit = PAPER.date.threshold
+    limit = DATE.threshold
     axes.axhspan(-limit, limit, color="0.92", zorder=0, label=f"limit of |Δa|, {limit:g}")
     axes.set(xlabel="time, s", ylabel="m/s²")
     attack(one, axes)
@@ -161,13 +165,13 @@ def coefficient(one: Flown, axes: Axes) -> None:
     verdicts = [v for v in judged(one.correlation) if "coefficient" in v.values]
     time = [one.seconds(v.stamp_ns) for v in verdicts]
     axes.plot(time, [v.values["coefficient"] for v in verdicts], color="tab:green", label="ρ")
-    axes.axhline(PAPER.correlation.epsilon, color="tab:green", ls=":", label="ε")
+    axes.axhline(CORRELATION.epsilon, color="tab:green", ls=":", label="ε")
     axes.set(xlabel="time, s", ylabel="ρ", ylim=(-1.05, 1.05))
     other = axes.twinx()
     degrees = [math.degrees(v.values["mean_difference"]) for v in verdicts]
     other.plot(time, degrees, color="tab:purple", lw=0.8, label="Δavg")
     for sign in (-1, 1):
-        other.axhline(sign * PAPER.correlation.mu_deg, color="tab:purple", ls=":", lw=0.8)
+        other.axhline(sign * CORRELATION.mu_deg, color="tab:purple", ls=":", lw=0.8)
     other.set(ylabel="Δavg, degrees (μ dotted)")
     alarms = [one.seconds(v.stamp_ns) for v in verdicts if v.state is State.ALARM]
     axes.plot(alarms, [-1.0] * len(alarms), "|", color=ALARM, label="alarm")
@@ -177,7 +181,7 @@ def coefficient(one: Flown, axes: Axes) -> None:
 
 def lowest_coefficient(one: Flown) -> float:
     """Smallest ρ of the flight while the directions agree."""
-    mu = math.radians(PAPER.correlation.mu_deg)
+    mu = math.radians(CORRELATION.mu_deg)
     found = [
         v.values["coefficient"]
         for v in judged(one.correlation)

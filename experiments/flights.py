@@ -24,9 +24,9 @@ import click
 
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.evaluation.scores.methods import PAIR
 from hijack_detect.evaluation.scores.metrics import Proportion
 from hijack_detect.evaluation.trials.onsets import forward_flight
+from hijack_detect.monitor.parts import PUBLISHED
 from hijack_detect.monitor.policies import policy_parameters
 from hijack_detect.replay.offline import OfflineRun, run_offline
 from hijack_detect.replay.outcome import (
@@ -62,7 +62,7 @@ def alert_of(run: OfflineRun) -> int | None:
 
 def clean_row(name: str, reader: BagReader, run: OfflineRun) -> str:
     """Line of a flight without attack."""
-    alarms = [detector_outcome(run.verdicts[one], None).false_alarms for one in PAIR]
+    alarms = [detector_outcome(run.verdicts[one], None).false_alarms for one in PUBLISHED]
     alert = alert_of(run)
     at = "–" if alert is None else f"**{(alert - run.start_ns) / NANOSECONDS:.1f}**"
     return f"| {name} | {reader.duration_s:.0f} | {alarms[0]} | {alarms[1]} | {at} |"
@@ -71,7 +71,7 @@ def clean_row(name: str, reader: BagReader, run: OfflineRun) -> str:
 def attacked_row(name: str, run: OfflineRun, attack: Attack) -> str:
     """Line of one attack."""
     assert attack.end_ns is not None
-    outcomes = [detector_outcome(run.verdicts[one], attack) for one in PAIR]
+    outcomes = [detector_outcome(run.verdicts[one], attack) for one in PUBLISHED]
     false = ", ".join(str(outcome.false_alarms) for outcome in outcomes)
     first = [
         f"{(stamp - attack.onset_ns) / NANOSECONDS:.1f} s"

@@ -15,7 +15,7 @@ margin, from 0 at the margin that one clean block in two hundred exceeds, to the
 exceedances of margin 1. Where no clean block exceeds it, half a block counts: a rarer alarm cannot
 be claimed from so many flights. Families count equally.
 
-Prints what the table `detectors.likelihood.RATIOS` would be, fills in the tables `ratios fitted`
+Prints what the ratios of `monitor.parts` would be, fills in the tables `ratios fitted`
 and `ratios shown` of the document, and draws the reliability at even prior odds.
 """
 
@@ -38,8 +38,6 @@ from experiments.vehicles import Flight, corpus
 from hijack_detect.bags.errors import BagError
 from hijack_detect.detectors.fusion_parameters import FusionParameters
 from hijack_detect.detectors.likelihood import (
-    RATIOS,
-    SOFT,
     LikelihoodRatio,
     odds,
     probability,
@@ -56,9 +54,12 @@ from hijack_detect.evaluation.scores.limit_records import (
 from hijack_detect.evaluation.trials.cases import HIJACKED
 from hijack_detect.evaluation.trials.families import CLEAN, Placed
 from hijack_detect.monitor.graph import MonitorParameters
+from hijack_detect.monitor.parts import WEIGHTS
 from hijack_detect.monitor.policies import policy_parameters
 from tools.documents import fill, write
 
+RATIOS: Ratios = {name: one.ratio for name, one in WEIGHTS.items() if one.ratio is not None}
+ALERTING = {name for name, one in WEIGHTS.items() if one.may_alert}
 WINDOW = WINDOWS_S.index(BLOCK_S)
 HORIZON_S = 12.0
 """How long an attack is followed: the window, and what comes late in it."""
@@ -124,7 +125,7 @@ class Piece:
     def log_odds(self, ratios: Ratios, prior: float) -> float:
         """Logarithm of the odds of an attack, nats."""
         said = {name: ratios[name](margin) for name, margin in self.margins.items()}
-        return odds(prior) + together(said)
+        return odds(prior) + together(said, WEIGHTS)
 
     def alerts(self, ratios: Ratios) -> bool:
         """Whether the fusion alerts."""
@@ -145,7 +146,7 @@ def pieces(one: FlightRecord, fails_s: float | None) -> Iterator[Piece]:
     count = max(map(len, blocks.values()), default=0)
     if fails_s is not None:
         count = min(count, int(fails_s // BLOCK_S))
-    spans = [span for name in RATIOS if name not in SOFT for span in one.alarms.get(name, ())]
+    spans = [span for name in ALERTING for span in one.alarms.get(name, ())]
     for k in range(count):
         begin, end = k * BLOCK_S, (k + 1) * BLOCK_S
         said = {name: own[k] for name, own in blocks.items() if k < len(own)}
@@ -156,7 +157,7 @@ def pieces(one: FlightRecord, fails_s: float | None) -> Iterator[Piece]:
             yield Piece(
                 attack.family,
                 _told({name: one.margins[WINDOW] for name, one in methods.items()}),
-                any(_alarmed(one) for name, one in methods.items() if name not in SOFT),
+                any(_alarmed(one) for name, one in methods.items() if name in ALERTING),
             )
 
 

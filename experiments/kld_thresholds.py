@@ -33,7 +33,10 @@ from hijack_detect.streams.samples import Sample
 
 SEED, FLIGHTS = 90_000, 100
 INPUTS = ("fix", "velocity", "satellites")
-MODES = {"faithful": policy_parameters("paper").kld, "hardened": policy_parameters("default").kld}
+MODES = {
+    "faithful": policy_parameters("paper").of(KldParameters),
+    "hardened": KldParameters(),
+}
 Samples = list[tuple[str, Sample]]
 
 

@@ -26,21 +26,21 @@ import click
 from experiments.vehicles import Flight, corpus
 from hijack_detect.analysis.account import Account
 from hijack_detect.bags.errors import BagError
-from hijack_detect.detectors.likelihood import ADVISORY, SOFT
 from hijack_detect.detectors.verdict import JUDGED, Verdict
 from hijack_detect.evaluation.scores.evaluation_tables import NONE, TextTable, proportion
 from hijack_detect.evaluation.scores.metrics import Proportion
 from hijack_detect.evaluation.scores.model import Model
 from hijack_detect.evaluation.scores.watch import watch
 from hijack_detect.evaluation.trials.cases import HIJACKED
-from hijack_detect.monitor.graph import DETECTORS, MonitorParameters
+from hijack_detect.monitor.graph import MonitorParameters
+from hijack_detect.monitor.parts import DETECTORS, WEIGHTS
 from hijack_detect.monitor.policies import policy_parameters
 from hijack_detect.streams.samples import NANOSECONDS
 from tools.documents import fill, write
 
 FACTOR = 1.25
 """What a limit leaves to the largest clean score; those in force leave 1.1 to 1.7."""
-ALERTING = tuple(name for name in DETECTORS if name not in SOFT | ADVISORY)
+ALERTING = tuple(name for name, one in WEIGHTS.items() if one.may_alert)
 """Detectors whose alarm makes an alert."""
 PATH = click.Path(path_type=Path)
 

@@ -22,7 +22,7 @@ from sensor_msgs.msg import FluidPressure, Imu, MagneticField, NavSatFix, NavSat
 from std_msgs.msg import UInt32
 
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.monitor.graph import DETECTORS
+from hijack_detect.monitor.parts import DETECTORS
 from hijack_detect.nodes.messages import (
     course_message,
     imu_message,

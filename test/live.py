@@ -22,7 +22,8 @@ from ros import READY, ROOT, Graph, Listener, RosProcess
 from std_msgs.msg import Bool
 
 from hijack_detect.bags.reader import BagReader
-from hijack_detect.monitor.graph import DETECTORS, Monitor
+from hijack_detect.monitor.graph import Monitor
+from hijack_detect.monitor.parts import DETECTORS
 from hijack_detect.monitor.policies import policy_parameters
 from hijack_detect.nodes import MONITOR
 from hijack_detect.nodes.messages import fusion_message, verdict_message

@@ -163,7 +163,7 @@ class Graph:
         for key, value in (parameters or {}).items():
             text = str(value).lower() if isinstance(value, bool) else str(value)
             arguments += ["-p", f"{key}:={text}"]
-        return self.run(f"hijack_detect.nodes.{name}", *arguments)
+        return self.run("hijack_detect.nodes", name, *arguments)
 
     def run(self, module: str, *arguments: str) -> RosProcess:
         """Run any module, as `python -m` does."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.live.picture import Picture
-from hijack_detect.monitor.graph import DETECTORS
+from hijack_detect.monitor.parts import DETECTORS
 from hijack_detect.monitor.verdict_messages import FusionStatus
 from hijack_detect.streams.samples import FixSample
 

@@ -20,7 +20,7 @@ from pathlib import Path
 import pytest
 
 import hijack_detect
-from hijack_detect.nodes import NODES
+from hijack_detect.nodes import NODES, entry_point
 
 ROOT = Path(__file__).resolve().parents[1]
 PROGRAMS = sorted([*NODES, "hijack-detect"])
@@ -173,7 +173,7 @@ def test_the_live_page_is_in_the_package(installed: Installed) -> None:
     assert files_below(page) == wanted
 
 
-@pytest.mark.parametrize("program", ["bag_replay", "hijack-detect"])
+@pytest.mark.parametrize("program", ["bag_replay", "drag_detector", "hijack-detect"])
 def test_program_runs_from_lib(installed: Installed, program: str) -> None:
     assert "usage" in installed.run(program, "--help").lower()
 
@@ -183,10 +183,11 @@ def test_launchers_start_the_interpreter_of_their_environment(from_wheel: Instal
         assert from_wheel.run(program, WHICH_ENVIRONMENT="1") == str(from_wheel.prefix), program
 
 
-@pytest.mark.parametrize("module", ["cli.main", *(f"nodes.{node}" for node in NODES)])
-def test_every_program_has_its_function(module: str) -> None:
+@pytest.mark.parametrize("path", ["hijack_detect.cli.main:main", *map(entry_point, NODES)])
+def test_every_program_has_its_function(path: str) -> None:
     pytest.importorskip("rclpy")
-    assert callable(importlib.import_module(f"hijack_detect.{module}").main)
+    module, _, function = path.partition(":")
+    assert callable(getattr(importlib.import_module(module), function))
 
 
 def test_versions_agree(metadata: importlib.metadata.Distribution) -> None:

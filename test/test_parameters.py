@@ -11,37 +11,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hijack_detect.detectors.altitude_parameters import AltitudeParameters
-from hijack_detect.detectors.coast_parameters import CoastParameters
-from hijack_detect.detectors.correlation_parameters import CorrelationParameters
-from hijack_detect.detectors.date_parameters import DateParameters
-from hijack_detect.detectors.drag_parameters import DragParameters
-from hijack_detect.detectors.fusion_parameters import FusionParameters
-from hijack_detect.detectors.gnss_sanity_parameters import GnssSanityParameters
-from hijack_detect.detectors.heading_parameters import HeadingParameters
-from hijack_detect.detectors.kld_parameters import KldParameters
-from hijack_detect.estimation.attitude_parameters import AttitudeParameters
-from hijack_detect.estimation.course import CourseParameters
+from hijack_detect.monitor.parts import PARTS
 from hijack_detect.parameters import ParameterError, Parameters, param
 from hijack_detect.recording.parameters import RecorderParameters
 from hijack_detect.spoofing.live_parameters import SpooferParameters
 
-SETS = [
-    AltitudeParameters,
-    AttitudeParameters,
-    CoastParameters,
-    CorrelationParameters,
-    CourseParameters,
-    DateParameters,
-    DragParameters,
-    FusionParameters,
-    GnssSanityParameters,
-    HeadingParameters,
-    KldParameters,
-    RecorderParameters,
-    SpooferParameters,
-]
-FREE_TEXT = ("folder", "further_detectors", "model", "scenario")
+SETS = [*(part.parameters for part in PARTS), RecorderParameters, SpooferParameters]
+FREE_TEXT = ("folder", "further_detectors", "further_weights", "model", "scenario")
 
 
 @dataclass(frozen=True)

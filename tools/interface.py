@@ -19,10 +19,10 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from hijack_detect.cli.parameter_files import BESIDE
-from hijack_detect.monitor.graph import MonitorParameters
-from hijack_detect.monitor.policies import NODE_FIELDS
-from hijack_detect.nodes import COMPOSED, NODES
+from hijack_detect.monitor.parts import GENERIC_NODE, PARTS
+from hijack_detect.nodes import COMPOSED, NODES, entry_point
 from hijack_detect.nodes.composition_parameters import CompositionParameters
+from hijack_detect.nodes.detector_node import summary
 from hijack_detect.parameters import Parameters
 from hijack_detect.replay.playback_parameters import ReplayParameters
 from tools.documents import write
@@ -100,10 +100,8 @@ def short(kinds: Sequence[str]) -> str:
 
 def parameters_of(node: str) -> type[Parameters] | None:
     """The parameter set of a node, None if it has none of its own."""
-    others = {"bag_replay": ReplayParameters, COMPOSED: CompositionParameters, **BESIDE}
-    if node in NODE_FIELDS:
-        return type(getattr(MonitorParameters(), NODE_FIELDS[node]))
-    return others.get(node)
+    known = {"bag_replay": ReplayParameters, COMPOSED: CompositionParameters, **BESIDE}
+    return {**known, **{part.node: part.parameters for part in PARTS}}.get(node)
 
 
 def parameter_rows(kind: type[Parameters]) -> Iterator[str]:
@@ -143,8 +141,10 @@ def table(rows: Rows) -> list[str]:
 
 def described(node: str) -> str:
     """What the module of a node says of it, without what is a heading in a terminal."""
-    module = importlib.import_module(f"hijack_detect.nodes.{node}")
-    text = re.sub(r"(?<=\S)\n(?=\S)", " ", (module.__doc__ or "").strip())
+    part = next((one for one in PARTS if one.face == GENERIC_NODE and one.node == node), None)
+    module = importlib.import_module(entry_point(node).partition(":")[0])
+    written = module.__doc__ or "" if part is None else summary(part)
+    text = re.sub(r"(?<=\S)\n(?=\S)", " ", written.strip())
     # Names of topics are no emphasis.
     return text.replace("*", "\\*").replace("_", "\\_")
 

@@ -34,7 +34,7 @@ PROGRAMS = {
     MANAGER: ["examples/mission_manager.py"],
     VIEWER: ["-m", "hijack_detect.cli.main", "live", "--port", "0"],
     "bag_replay": [
-        *("-m", "hijack_detect.nodes.bag_replay"),
+        *("-m", "hijack_detect.nodes", "bag_replay"),
         *("--ros-args", "-p", f"bag:={ROOT / 'bags/curved_8'}"),
     ],
 }
@@ -103,7 +103,7 @@ def graph() -> Iterator[None]:
 
 def run(name: str, look: Callable[[Node, str], T]) -> dict[str, T]:
     """Start a process, and give what `look` makes of an observer and each of its nodes."""
-    program = PROGRAMS.get(name, ["-m", f"hijack_detect.nodes.{name}"])
+    program = PROGRAMS.get(name, ["-m", "hijack_detect.nodes", name])
     process = subprocess.Popen([sys.executable, *program], cwd=ROOT)
     wanted = ("monitor", *MONITOR) if name == COMPOSED else (name,)
     observer = Node("observer")

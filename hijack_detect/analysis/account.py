@@ -7,7 +7,7 @@ import re
 import sys
 from array import array
 from collections import defaultdict
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,14 +17,13 @@ from hijack_detect.analysis.log_clock import LogClock
 from hijack_detect.analysis.times import Times
 from hijack_detect.detectors.coast import CoastDetector
 from hijack_detect.detectors.flight_gate import imu_trouble
-from hijack_detect.detectors.fusion import KEEPING, Fusion, FusionResult
+from hijack_detect.detectors.fusion import Fusion, FusionResult
 from hijack_detect.detectors.fusion_parameters import FusionParameters
 from hijack_detect.detectors.gnss_sanity import CLOCK_RATE, GnssSanityDetector
-from hijack_detect.detectors.likelihood import CARRY_OFF, SOFT
 from hijack_detect.detectors.verdict import JUDGED, RAISED, Verdict
 from hijack_detect.estimation.gps_lag import LATE_FIGURES, late_words
 from hijack_detect.estimation.receiver_health import POOR_FIGURES, SATELLITES, poor_words
-from hijack_detect.monitor.graph import heard
+from hijack_detect.monitor.parts import weights
 from hijack_detect.monitor.stage import Stage
 from hijack_detect.streams.samples import NANOSECONDS, PhaseSample, Sample
 
@@ -34,8 +33,6 @@ FUSION = "fusion"
 PHASE = "phase"
 VISIBLE = "smallest_visible"
 FIGURES = re.compile(r"[\d.]+")
-ASKED = {"paper": frozenset({"correlation", "date"})}
-"""Detectors whose alarm counts, of policies that do not ask all."""
 
 
 class TakenBack:
@@ -48,7 +45,8 @@ class TakenBack:
 
     def __init__(self, parameters: FusionParameters) -> None:
         """Start without an alert."""
-        self._fusion = Fusion(parameters, heard(parameters))
+        self._weights = weights(parameters)
+        self._fusion = Fusion(parameters, self._weights)
         self._quiet_ns = round(parameters.together_s * NANOSECONDS)
         self._raised_ns = 0
 
@@ -66,7 +64,7 @@ class TakenBack:
         raised = any(
             one.state in RAISED
             for name, one in result.detectors.items()
-            if name in result.causes and name not in KEEPING
+            if name in result.causes and not self._weights[name].keeps_alarm
         )
         if started or raised:
             self._raised_ns = result.stamp_ns
@@ -157,6 +155,7 @@ class Account:
     """Listens to a monitor and keeps states, alerts, phases and the largest margins.
 
     Attributes:
+        weights: What the fusion makes of each detector that it subscribes to.
         inputs: What was noted of the samples.
         peaks: The verdict with the largest margin of each detector that could ever tell.
         newest_ns: Stamp of the fusion's last result, nanoseconds; 0 before the first.
@@ -184,7 +183,7 @@ class Account:
             clock: Where stamps belong, None if they are as they should be.
         """
         self._clock = clock
-        self._fusion = fusion
+        self._fusion, self.weights = fusion, weights(fusion)
         self._stale_ns = round(fusion.stale_s * NANOSECONDS)
         self._spans = {name: StateSpans(start_ns, self._stale_ns) for name in (MONITOR, *detectors)}
         self._alerts, self._alarms = AlertSpans(), AlertSpans()
@@ -268,12 +267,16 @@ class Account:
             for name, own in spans.items()
             if name != MONITOR
         }
-        asked = ASKED.get(self._fusion.policy, frozenset(heard(self._fusion)))
+        asked = {
+            name: weight
+            for name, weight in self.weights.items()
+            if weight.published or self._fusion.policy != "paper"
+        }
         return spans, Watched(
             in_air=Times(self._air),
             told=told,
-            alertable=union(told, asked - SOFT),
-            carry_off=union(told, asked & CARRY_OFF),
+            alertable=union(told, {name for name, one in asked.items() if one.may_alert}),
+            carry_off=union(told, {name for name, one in asked.items() if one.sees_carry_off}),
             visible=list(self._visible_spans(end_ns)) if CoastDetector.NAME in asked else [],
         )
 
@@ -294,6 +297,6 @@ class Account:
         return self._alarms.finish(end_ns)
 
 
-def union(told: Mapping[str, Times], names: frozenset[str] | set[str]) -> Times:
+def union(told: Mapping[str, Times], names: Set[str]) -> Times:
     """The times in which at least one of the named detectors could tell."""
     return Times(one for name in sorted(names & told.keys()) for one in told[name].intervals)

@@ -32,7 +32,7 @@ from hijack_detect.analysis.worth import (
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.logs.logged import Notes
-from hijack_detect.monitor.graph import Baselines, Monitor, MonitorParameters
+from hijack_detect.monitor.graph import Monitor, MonitorParameters
 from hijack_detect.replay.offline import FlightNotes, outputs_of, spoofed_samples
 from hijack_detect.replay.outcome import Attack
 from hijack_detect.replay.truth import Source, known_attack, truth_track
@@ -72,7 +72,6 @@ def analyse(
     parameters: MonitorParameters,
     scenario: Scenario | None = None,
     *,
-    further: Baselines | None = None,
     imported: Notes | None = None,
     on_sample: Callable[[Sample], None] | None = None,
     on_output: Callable[[str, Any], None] | None = None,
@@ -83,7 +82,6 @@ def analyse(
         reader: The bag.
         parameters: Parameters of the monitor.
         scenario: An attack to inject, if any.
-        further: Further detectors, see `Monitor`.
         imported: What was noted when the bag was made of a log.
         on_sample: Called with every sample, placed by `LogClock`.
         on_output: Called with part and output of everything that any part puts out, placed by
@@ -95,7 +93,7 @@ def analyse(
     """
     attack, source = known_attack(reader, scenario)
     truth = truth_track(reader) if scenario is None else None
-    flight, monitor = FlightNotes(reader.start_ns), Monitor(parameters, further)
+    flight, monitor = FlightNotes(reader.start_ns), Monitor(parameters)
     clock = LogClock()
     clock.adopt_first = attack is None
     account = Account(monitor.detectors, parameters.fusion, reader.start_ns, clock)

@@ -14,7 +14,6 @@ from hijack_detect.analysis.account import Account, Complaint, Watched
 from hijack_detect.analysis.alarms import UNSAID, Span
 from hijack_detect.analysis.analysis import Visible
 from hijack_detect.analysis.times import Times
-from hijack_detect.detectors.likelihood import CARRY_OFF
 from hijack_detect.detectors.verdict import JUDGED
 from hijack_detect.estimation.clock_rate import clock_words
 from hijack_detect.estimation.gps_lag import LATE
@@ -75,14 +74,15 @@ def not_judged(account: Account, watched: Watched, spans: Mapping[str, list[Span
     faults = {words: ns for words, ns in account.imu_faults.values() if ns > least_ns}
     if faults:
         return f"the IMU cannot be used: {_of_it(max(faults, key=lambda one: faults[one]))}"
-    reasons = {name: _main_reason(spans[name], watched.in_air) for name in sorted(CARRY_OFF)}
+    seeing = sorted(n for n, one in account.weights.items() if one.sees_carry_off and n in spans)
+    reasons = {name: _main_reason(spans[name], watched.in_air) for name in seeing}
     given = [f"{name}: {why}" for name, why in reasons.items() if why != UNSAID]
     told = "; ".join(given) or "none gave a verdict"
     why = f"no detector that could see a carry-off could tell ({told})"
     others = sorted(
         name
         for name, told in watched.told.items()
-        if name not in CARRY_OFF and (told & watched.in_air).seconds > LEAST * in_air_s
+        if name not in seeing and (told & watched.in_air).seconds > LEAST * in_air_s
     )
     return f"{why}; only {', '.join(others)} could, and see other attacks" if others else why
 

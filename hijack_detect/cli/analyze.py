@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from hijack_detect.analysis.analysis import Analysis
     from hijack_detect.bags.reader import BagReader
     from hijack_detect.logs.logged import Notes
-    from hijack_detect.monitor.graph import Baselines, MonitorParameters
+    from hijack_detect.monitor.graph import MonitorParameters
     from hijack_detect.spoofing.scenario import Scenario
 
 EXIT_ALERT = 10
@@ -48,7 +48,7 @@ STDOUT = Path("-")
     "detectors",
     multiple=True,
     metavar="FILE.py:CLASS",
-    help="Run a detector of your own too; the fusion hears it. Can be given again.",
+    help="Run a detector of your own too; the fusion subscribes to it. Can be given again.",
 )
 @COLUMNS
 @sensor_options
@@ -88,7 +88,7 @@ def analyze(
         attack = None if scenario == NO_ATTACK else find_scenario(scenario, onset)
         if report is not None:
             report.mkdir(parents=True, exist_ok=True)
-        parameters, further = _parameters(policy, params, detectors)
+        parameters = _parameters(policy, params, detectors)
         with as_bag(bag, Wanted(imu, gps, namespace), read_columns(columns)) as (given, converted):
             if converted is not None and json_file is not None:  # else the summary has them
                 for line in converted.notes.lines():
@@ -96,7 +96,7 @@ def analyze(
             made_from = None if converted is None else bag
             with BagReader(given, made_from=made_from) as reader:
                 notes = None if converted is None else converted.notes
-                done = _analysed(reader, attack, parameters, further, notes, report)
+                done = _analysed(reader, attack, parameters, notes, report)
         text = done.analysis.model_dump_json(indent=2)
         if json_file is not None and json_file != STDOUT:
             json_file.write_text(text + "\n", encoding="utf-8")
@@ -122,24 +122,22 @@ def exit_code(analysis: Analysis) -> int:
     return 0 if analysis.not_judged is None else EXIT_NOT_JUDGED
 
 
-def _parameters(
-    policy: str, params: Path | None, detectors: Sequence[str]
-) -> tuple[MonitorParameters, Baselines]:
-    """Parameters of the monitor, and makers of the further detectors."""
-    from hijack_detect.cli.further import heard_too, load_detectors  # noqa: PLC0415  slow to load
-    from hijack_detect.cli.parameter_files import load_parameters  # noqa: PLC0415
+def _parameters(policy: str, params: Path | None, detectors: Sequence[str]) -> MonitorParameters:
+    """Parameters of the monitor, with the user's own detectors in it."""
+    from hijack_detect.cli.parameter_files import load_parameters  # noqa: PLC0415  slow to load
+    from hijack_detect.cli.user_detectors import load_detectors  # noqa: PLC0415
     from hijack_detect.monitor.policies import policy_parameters  # noqa: PLC0415
 
-    further = load_detectors(detectors)
-    parameters = policy_parameters(policy) if params is None else load_parameters(params)
-    return heard_too(parameters, tuple(further)), further
+    own = load_detectors(detectors)
+    if params is not None:
+        return load_parameters(params, own)
+    return policy_parameters(policy, own)
 
 
 def _analysed(
     reader: BagReader,
     attack: Scenario | None,
     parameters: MonitorParameters,
-    further: Baselines,
     notes: Notes | None,
     report: Path | None,
 ) -> Analysed:
@@ -162,7 +160,6 @@ def _analysed(
             reader,
             parameters,
             attack,
-            further=further,
             imported=notes,
             on_sample=take,
             on_output=hear,

@@ -5,16 +5,6 @@ from __future__ import annotations
 
 POLICY_NAMES = ("default", "paper")
 BESIDE_NAMES = ("recorder", "gps_spoofer", "mavlink_bridge", "px4_bridge")
-DETECTOR_NAMES = (
-    "correlation",
-    "date",
-    "kld",
-    "coast",
-    "gnss",
-    "altitude",
-    "heading",
-    "drag",
-)
 ROUTES = ("straight", "curved", "hover", "fixed_yaw", "survey")
 TABLE_NAMES = (
     "alerts",

@@ -8,9 +8,10 @@ from collections.abc import Iterable
 import click
 from click.shell_completion import CompletionItem
 
-from hijack_detect.cli.choices import DETECTOR_NAMES, TABLE_NAMES
+from hijack_detect.cli.choices import TABLE_NAMES
 from hijack_detect.cli.common import share_folder
 from hijack_detect.cli.environment import add_own_prefix
+from hijack_detect.monitor.parts import DETECTORS
 
 NO_ATTACK = "none"
 
@@ -29,7 +30,7 @@ def journals(ctx: click.Context, param: click.Parameter, incomplete: str) -> lis
 
 def detectors(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
     """Names of detectors."""
-    return _offered(DETECTOR_NAMES, incomplete)
+    return _offered(DETECTORS, incomplete)
 
 
 def states(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:

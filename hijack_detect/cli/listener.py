@@ -10,7 +10,7 @@ from rclpy.node import Node
 from std_msgs.msg import Bool, Float64
 
 from hijack_detect.detectors.verdict import Verdict
-from hijack_detect.monitor.graph import DETECTORS
+from hijack_detect.monitor.parts import DETECTORS
 from hijack_detect.monitor.verdict_messages import verdict_from
 from hijack_detect.nodes.qos import INTERNAL, STATE
 

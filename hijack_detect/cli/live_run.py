@@ -18,7 +18,7 @@ from hijack_detect.cli.processes import interrupt_held
 from hijack_detect.detectors.fusion_parameters import FusionParameters
 from hijack_detect.live.picture import Picture
 from hijack_detect.live.server import Server
-from hijack_detect.monitor.graph import heard
+from hijack_detect.monitor.parts import weights
 from hijack_detect.nodes.live_viewer import LiveViewer
 from hijack_detect.nodes.running import SPIN_S, end_soon
 from hijack_detect.nodes.security import NOT_BUILT_IN, is_asked_for, unprotected
@@ -42,7 +42,7 @@ def run_live(
             can have, or DDS security was asked for and is not built in.
         RuntimeError: The server has ended by itself.
     """
-    picture = Picture(heard(FusionParameters(further_detectors=" ".join(further))))
+    picture = Picture(tuple(weights(FusionParameters(further_detectors=" ".join(further)))))
     server = Server(picture, host, port)
     # ROS would end the node in the middle of a callback; Ctrl-C and SIGTERM wait for the loop.
     rclpy.init(args=None, signal_handler_options=SignalHandlerOptions.NO)

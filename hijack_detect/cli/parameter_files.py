@@ -6,7 +6,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import textwrap
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,8 @@ import yaml
 
 from hijack_detect.mavlink.parameters import BridgeParameters
 from hijack_detect.monitor.graph import MonitorParameters
-from hijack_detect.monitor.policies import NODE_FIELDS, from_nodes, policy_parameters
+from hijack_detect.monitor.parts import Part
+from hijack_detect.monitor.policies import from_nodes, policy_parameters
 from hijack_detect.parameters import ParameterError, Parameters
 from hijack_detect.px4.parameters import Px4BridgeParameters
 from hijack_detect.recording.parameters import RecorderParameters
@@ -45,8 +46,12 @@ BESIDE_HEADER = """\
 WIDTH = 98
 
 
-def load_parameters(path: Path) -> MonitorParameters:
+def load_parameters(path: Path, own: Sequence[Part] = ()) -> MonitorParameters:
     """Read a ROS parameter file, as `--params-file` of the nodes takes it.
+
+    Args:
+        path: The file.
+        own: Rows of the user's own detectors, which have their sections too.
 
     Raises:
         ParameterError: The file cannot be read or sets something that is refused.
@@ -62,18 +67,18 @@ def load_parameters(path: Path) -> MonitorParameters:
     except (AttributeError, KeyError, TypeError, ValueError) as error:
         raise ParameterError(f"{path}: not a ROS parameter file: {error}") from error
     try:
-        return from_nodes(given, BESIDE)
+        return from_nodes(given, BESIDE, own)
     except ParameterError as error:
         raise ParameterError(f"{path}: {error}") from error
 
 
-def parameter_file(policy: str) -> str:
-    """The text of a policy's parameter file.
+def parameter_file(policy: str, own: Sequence[Part] = ()) -> str:
+    """The text of a policy's parameter file, with the user's own detectors in it.
 
     Raises:
-        ParameterError: There is no such policy.
+        ParameterError: There is no such policy, or the name of a detector cannot be used.
     """
-    return manual(policy_parameters(policy), HEADER.format(policy=policy))
+    return manual(policy_parameters(policy, own), HEADER.format(policy=policy))
 
 
 def manual(chosen: MonitorParameters, header: str, *, changed_only: bool = False) -> str:
@@ -84,12 +89,11 @@ def manual(chosen: MonitorParameters, header: str, *, changed_only: bool = False
         header: Comment lines above everything, each with its line break.
         changed_only: Leave out what has its default.
     """
-    defaults = MonitorParameters()
     blocks = [header]
-    for node, name in NODE_FIELDS.items():
-        values, plain = getattr(chosen, name), getattr(defaults, name)
+    for part in chosen.parts:
+        values, plain = chosen[part.name], part.parameters()
         if not changed_only or values != plain:
-            blocks.append(_block(node, values, plain, changed_only=changed_only))
+            blocks.append(_block(part.node, values, plain, changed_only=changed_only))
     return "\n".join(blocks)
 
 

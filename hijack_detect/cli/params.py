@@ -6,12 +6,20 @@ from __future__ import annotations
 import click
 
 from hijack_detect.cli.choices import BESIDE_NAMES, POLICY_NAMES
+from hijack_detect.cli.common import refusing_bad_input
 
 
 @click.command()
 @click.option("--policy", type=click.Choice(POLICY_NAMES), help="Those of the monitor [default].")
 @click.option("--node", type=click.Choice(BESIDE_NAMES), help="Those of another node.")
-def params(policy: str | None, node: str | None) -> None:
+@click.option(
+    "--detector",
+    "detectors",
+    multiple=True,
+    metavar="FILE.py:CLASS",
+    help="A detector of your own too, and its weight in the fusion. Can be given again.",
+)
+def params(policy: str | None, node: str | None, detectors: tuple[str, ...]) -> None:
     """Print a parameter file, which is the manual of its parameters.
 
     It has the nodes of the monitor, as a policy sets them, or one of the nodes beside it.
@@ -20,7 +28,14 @@ def params(policy: str | None, node: str | None) -> None:
         node_file,
         parameter_file,
     )
+    from hijack_detect.cli.user_detectors import load_detectors  # noqa: PLC0415
 
-    if policy and node:
-        raise click.UsageError("give --policy or --node, not both")
-    click.echo(node_file(node) if node else parameter_file(policy or "default"), nl=False)
+    if node and (policy or detectors):
+        raise click.UsageError("give --policy and --detector, or --node, not both")
+    with refusing_bad_input():
+        text = (
+            node_file(node)
+            if node
+            else parameter_file(policy or "default", load_detectors(detectors))
+        )
+    click.echo(text, nl=False)

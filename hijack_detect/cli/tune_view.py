@@ -10,6 +10,7 @@ from rich.console import Console
 
 from hijack_detect.cli.evaluate_view import drawn
 from hijack_detect.cli.parameter_files import WIDTH, manual
+from hijack_detect.estimation.attitude_parameters import AttitudeParameters
 from hijack_detect.evaluation.scores.evaluation_tables import (
     NONE,
     TextTable,
@@ -96,7 +97,7 @@ def _noise(tuning: Tuning) -> list[str]:
     found = [one.noise for one in tuning.surveys if one.noise is not None]
     if not found:
         return ["IMU noise: no flight is long enough to tell."]
-    kept = tuning.parameters.attitude
+    kept = tuning.parameters.of(AttitudeParameters)
     return [
         f"{what} noise: {middle_half(values)[0]:.2g} {unit} between samples, vibration included. "
         f"The filter keeps {own:g}, which stands for the errors of its model as well."

@@ -39,6 +39,7 @@ class AltitudeDetector:
     """
 
     NAME = "altitude"
+    PARAMETERS = AltitudeParameters
 
     def __init__(self, parameters: AltitudeParameters) -> None:
         """Start without history."""

@@ -78,6 +78,7 @@ class CoastDetector:
     """
 
     NAME = "coast"
+    PARAMETERS = CoastParameters
 
     def __init__(self, parameters: CoastParameters) -> None:
         """Start without heading."""

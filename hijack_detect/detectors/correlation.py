@@ -48,6 +48,7 @@ class CorrelationDetector:
     """
 
     NAME = "correlation"
+    PARAMETERS = CorrelationParameters
 
     def __init__(self, parameters: CorrelationParameters) -> None:
         """Start with empty windows."""

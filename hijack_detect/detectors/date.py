@@ -58,6 +58,7 @@ class DateDetector:
     """
 
     NAME = "date"
+    PARAMETERS = DateParameters
 
     def __init__(self, parameters: DateParameters) -> None:
         """Start without history."""

@@ -64,6 +64,7 @@ class DragDetector:
     """
 
     NAME = "drag"
+    PARAMETERS = DragParameters
 
     def __init__(self, parameters: DragParameters) -> None:
         """Start without history."""

@@ -5,18 +5,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from hijack_detect.detectors.fusion_decisions import decision
 from hijack_detect.detectors.fusion_parameters import FusionParameters
-from hijack_detect.detectors.likelihood import ADVISORY, CARRY_OFF
+from hijack_detect.detectors.likelihood import Weight
 from hijack_detect.detectors.verdict import JUDGED, State, Verdict
 from hijack_detect.estimation.gps_lag import LATE, late_words
 from hijack_detect.estimation.receiver_health import POOR, poor_words
 from hijack_detect.streams.samples import NANOSECONDS
 
-KEEPING = frozenset({"kld"})
-"""Detectors that keep their alarm until they are reset themselves."""
 SILENT_S = 2.0
 """All inputs have stopped when no detector says anything for so long: one with a lost input says so
 every second, after 1.5 s (see `input_watch`)."""
@@ -60,6 +58,8 @@ class FusionResult:
     """Detectors that have been getting ready for far too long."""
     silent_s: float | None = None
     """Seconds for which nothing has come, by the clock, where that is all there is to say."""
+    advisory: frozenset[str] = field(default=frozenset(), repr=False)
+    """Detectors whose silence takes nothing from the monitor."""
 
     @property
     def degraded(self) -> tuple[str, ...]:
@@ -86,7 +86,7 @@ class FusionResult:
             state=State.ALARM if self.alert else State.STALE,
             confidence=self.confidence if self.alert else math.nan,
             detectors=verdicts,
-            lost=tuple(name for name in verdicts if name not in ADVISORY),
+            lost=tuple(name for name in verdicts if name not in self.advisory),
             overdue=(),
             silent_s=seconds,
         )
@@ -107,10 +107,14 @@ class Fusion:
 
     NAME = "fusion"
 
-    def __init__(self, parameters: FusionParameters, detectors: Sequence[str]) -> None:
-        """Expect verdicts of the named detectors."""
-        self._parameters = parameters
-        self.inputs = dict.fromkeys(detectors, parameters.patience_s)
+    PARAMETERS = FusionParameters
+
+    def __init__(self, parameters: FusionParameters, weights: Mapping[str, Weight]) -> None:
+        """Expect verdicts of the detectors that have a weight, by name."""
+        self._parameters, self._weights = parameters, weights
+        self.inputs = dict.fromkeys(weights, parameters.patience_s)
+        self._advisory = frozenset(name for name, one in weights.items() if one.ratio is None)
+        self._carry_off = frozenset(name for name, one in weights.items() if one.sees_carry_off)
         self._stale_ns = round(parameters.stale_s * NANOSECONDS)
         self._overdue_ns = round(parameters.overdue_s * NANOSECONDS)
         self._calibrated = parameters.policy == "default"
@@ -131,9 +135,9 @@ class Fusion:
         self._heard_out = {
             name
             for name, last in self._last.items()
-            if name in KEEPING and last.state is State.ALARM
+            if self._weights[name].keeps_alarm and last.state is State.ALARM
         }
-        self._decision = decision(self._parameters)
+        self._decision = decision(self._parameters, self._weights)
         self._warned = False
         self._alert_since_ns: int | None = None
         self._confidence = 0.0
@@ -211,12 +215,13 @@ class Fusion:
         lost = tuple(
             name
             for name, v in verdicts.items()
-            if name not in ADVISORY and (late if v is None else v.state is State.STALE)
+            if name not in self._advisory and (late if v is None else v.state is State.STALE)
         )
+        excused = self._advisory.union(lost)
         overdue = tuple(
             name
             for name, since_ns in self._unready_since_ns.items()
-            if name not in lost and name not in ADVISORY and stamp_ns - since_ns > self._overdue_ns
+            if name not in excused and stamp_ns - since_ns > self._overdue_ns
         )
         known = {name: v for name, v in verdicts.items() if v is not None}
         state = self._state(known, lost, overdue)
@@ -231,6 +236,7 @@ class Fusion:
             lost,
             self._causes,
             overdue,
+            advisory=self._advisory,
         )
 
     def _seen(self, name: str, stamp_ns: int) -> Verdict | None:
@@ -252,9 +258,9 @@ class Fusion:
             return State.SUSPICIOUS
         if lost:
             return State.STALE
-        if overdue or any(name not in known for name in self.inputs if name not in ADVISORY):
+        if overdue or any(name not in known for name in self.inputs if name not in self._advisory):
             return State.NOT_READY
-        watching = CARRY_OFF.intersection(known) or known.keys()
+        watching = self._carry_off.intersection(known) or known.keys()
         states = {known[name].state for name in watching}
         if states & JUDGED:
             self._resuming = False

@@ -3,27 +3,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Protocol
 
 from hijack_detect.detectors.fusion_parameters import FusionParameters
 from hijack_detect.detectors.likelihood import (
-    ADVISORY,
-    RATIOS,
-    SOFT,
-    LikelihoodRatio,
+    UNCALIBRATED,
     RecentPeak,
+    Weight,
     odds,
     probability,
     together,
 )
 from hijack_detect.detectors.verdict import JUDGED, RAISED, State, Verdict
 from hijack_detect.streams.samples import NANOSECONDS
-
-PUBLISHED = ("correlation", "date")
-"""The detectors that policy `paper` asks: those of Feng 2018."""
-UNKNOWN = LikelihoodRatio(3.0, 0.7, -0.2, 3.0)
-"""Of a detector that nobody has calibrated: its alarm supports an alert and never makes one."""
 
 
 class Decision(Protocol):
@@ -98,12 +91,13 @@ class Calibrated:
     ln odds = ln prior odds + Σ ratios, each of the largest margin of the last `together_s`. Of
     detectors that share a source of error only one counts, and one that cannot tell says nothing.
     They have to be for `debounce_s`, and an alert needs an ALARM within `together_s` too, of a
-    calibrated detector that is not SOFT.
+    detector that may make one.
     """
 
-    def __init__(self, parameters: FusionParameters) -> None:
+    def __init__(self, parameters: FusionParameters, weights: Mapping[str, Weight]) -> None:
         """Start without evidence."""
         self._parameters = p = parameters
+        self._weights = weights
         self._kept_ns = round(p.together_s * NANOSECONDS)
         self._debounce_ns = round(p.debounce_s * NANOSECONDS)
         self._prior = odds(p.prior)
@@ -116,10 +110,10 @@ class Calibrated:
     def update(self, verdict: Verdict) -> Sequence[Verdict]:
         """See Decision."""
         self._weighed = None
-        if verdict.state in JUDGED and verdict.detector not in ADVISORY:
+        if verdict.state in JUDGED and self._weight(verdict.detector).ratio is not None:
             peak = self._peaks.setdefault(verdict.detector, RecentPeak(self._kept_ns))
             peak.add(verdict)
-        if verdict.state is State.ALARM and verdict.detector in RATIOS.keys() - SOFT:
+        if verdict.state is State.ALARM and self._weight(verdict.detector).may_alert:
             self._alarmed_ns = verdict.stamp_ns
         if self.confidence(verdict.stamp_ns) < self._parameters.alarm_probability:
             self._since_ns = None
@@ -134,10 +128,8 @@ class Calibrated:
 
     def suspects(self, verdict: Verdict) -> bool:
         """See Decision: if its alarm alone would make an attack more probable than not."""
-        if verdict.detector in ADVISORY:
-            return False
-        most = RATIOS.get(verdict.detector, UNKNOWN).high
-        return verdict.state in RAISED and self._prior + most >= 0.0
+        ratio = self._weight(verdict.detector).ratio
+        return ratio is not None and verdict.state in RAISED and self._prior + ratio.high >= 0.0
 
     def _alarmed(self, stamp_ns: int) -> bool:
         """Whether there is an alarm that may make an alert."""
@@ -148,23 +140,28 @@ class Calibrated:
         """See Decision: the probability."""
         if self._weighed is None or self._weighed[0] != stamp_ns:
             said = {verdict.detector: nats for verdict, nats in self._evidence(stamp_ns)}
-            self._weighed = stamp_ns, probability(self._prior + together(said))
+            self._weighed = stamp_ns, probability(self._prior + together(said, self._weights))
         return self._weighed[1]
 
     def _evidence(self, stamp_ns: int) -> list[tuple[Verdict, float]]:
         """The largest verdict of each detector, and what it says in nats."""
-        found = [(peak.at(stamp_ns), name) for name, peak in self._peaks.items()]
+        found = [
+            (peak.at(stamp_ns), self._weight(name).ratio) for name, peak in self._peaks.items()
+        ]
         return [
-            (verdict, RATIOS.get(name, UNKNOWN)(verdict.margin))
-            for verdict, name in found
-            if verdict is not None
+            (verdict, ratio(verdict.margin))
+            for verdict, ratio in found
+            if verdict is not None and ratio is not None
         ]
 
+    def _weight(self, name: str) -> Weight:
+        return self._weights.get(name, UNCALIBRATED)
 
-def decision(parameters: FusionParameters) -> Decision:
+
+def decision(parameters: FusionParameters, weights: Mapping[str, Weight]) -> Decision:
     """The policy that the parameters name."""
     if parameters.policy == "paper":
-        return AllClaims(PUBLISHED)
+        return AllClaims([name for name, one in weights.items() if one.published])
     if parameters.policy == "any":
         return AnyAlarm()
-    return Calibrated(parameters)
+    return Calibrated(parameters, weights)

@@ -3,8 +3,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
+from hijack_detect.detectors.likelihood import UNCALIBRATED, Weight
 from hijack_detect.parameters import ParameterError, Parameters, param
 
 
@@ -24,8 +26,17 @@ class FusionParameters(Parameters):
         "",
         "Detectors of your own that are heard too: names with spaces between them, each of which "
         "publishes NAME/verdict. One that is missing makes the monitor degraded. With policy "
-        "`default` they support an alert and never give one, since nobody has calibrated them; "
+        "`default` they support an alert and never give one, unless `further_weights` says more; "
         "with `any` their alarm is an alert; `paper` does not ask them.",
+    )
+    further_weights: str = param(
+        "",
+        "Policy `default`: what detectors of your own count for, NAME=SLOPE,NEUTRAL,LOW,HIGH with "
+        "spaces between them: the likelihood ratio SLOPE · ln(margin / NEUTRAL), from LOW to HIGH "
+        "nats, and their alarm makes an alert. Words can follow, with commas: `supports`, the "
+        "alarm alone makes none; `carry_off`, it could see a carry-off; `keeps_alarm`, until it is "
+        "reset itself; `velocity` or `height` of the receiver, a source of error of others too, of "
+        "which only one counts. `advisory` instead of numbers: it is only shown.",
     )
     prior: float = param(
         0.1,
@@ -99,14 +110,29 @@ class FusionParameters(Parameters):
     def __post_init__(self) -> None:
         """See Parameters; names of detectors must be part of a topic's name."""
         super().__post_init__()
-        for name in self.further:
-            if not name.isidentifier() or self.further.count(name) > 1:
+        names = self.further_detectors.split()
+        for name in names:
+            if not name.isidentifier() or names.count(name) > 1:
                 raise ParameterError(
                     "parameter 'further_detectors' must be different names of letters, digits and "
                     f"underscores with spaces between them, got '{name}'"
                 )
+        for one in self.further_weights.split():
+            name, _, text = one.partition("=")
+            try:
+                Weight.from_text(text)
+            except (TypeError, ValueError) as error:
+                raise ParameterError(f"parameter 'further_weights', '{one}': {error}") from error
+            if name not in names:
+                raise ParameterError(
+                    f"parameter 'further_weights' has '{name}', which 'further_detectors' has not"
+                )
 
     @property
-    def further(self) -> tuple[str, ...]:
-        """The names in `further_detectors`."""
-        return tuple(self.further_detectors.split())
+    def further(self) -> Mapping[str, Weight]:
+        """The detectors in `further_detectors`, and what they count for."""
+        given = dict(one.split("=", 1) for one in self.further_weights.split())
+        return {
+            name: Weight.from_text(given[name]) if name in given else UNCALIBRATED
+            for name in self.further_detectors.split()
+        }

@@ -60,6 +60,7 @@ class GnssSanityDetector:
     """
 
     NAME = "gnss"
+    PARAMETERS = GnssSanityParameters
 
     def __init__(self, parameters: GnssSanityParameters) -> None:
         """Start without samples."""

@@ -67,6 +67,7 @@ class HeadingDetector:
     """
 
     NAME = "heading"
+    PARAMETERS = HeadingParameters
 
     def __init__(self, parameters: HeadingParameters) -> None:
         """Start without history."""

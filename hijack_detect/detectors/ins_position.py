@@ -62,6 +62,8 @@ class InsPosition:
     """
 
     NAME = "ins_position"
+    PARAMETERS = InsPositionParameters
+    ASKS = "dead-reckoned position against GPS (Feng 2018, §3.3), a baseline"
 
     def __init__(self, parameters: InsPositionParameters) -> None:
         """Start without position."""

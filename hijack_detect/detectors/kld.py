@@ -46,6 +46,7 @@ class KldDetector:
     """
 
     NAME = "kld"
+    PARAMETERS = KldParameters
 
     def __init__(self, parameters: KldParameters) -> None:
         """Start with empty windows."""

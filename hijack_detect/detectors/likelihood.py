@@ -4,9 +4,9 @@
 from __future__ import annotations
 
 import math
-from collections import deque
+from collections import defaultdict, deque
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass, fields
 
 from hijack_detect.detectors.verdict import Verdict
 
@@ -36,41 +36,81 @@ class LikelihoodRatio:
         return min(max(nats, self.low), self.high)
 
 
-RATIOS: Mapping[str, LikelihoodRatio] = {
-    "correlation": LikelihoodRatio(19.94, 0.9, -0.08, 2.1),
-    "date": LikelihoodRatio(13.0, 0.69, -0.1, 4.88),
-    "kld": LikelihoodRatio(6.64, 0.47, -0.1, 5.04),
-    "coast": LikelihoodRatio(8.66, 0.54, -0.1, 5.29),
-    "gnss": LikelihoodRatio(11.17, 0.6, -0.1, 5.65),
-    "altitude": LikelihoodRatio(21.84, 0.79, -0.1, 5.11),
-    "drag": LikelihoodRatio(10.39, 0.77, -0.1, 2.7),
-}
-"""By detector, fitted on half of the recorded flights. Ratios fitted with each vehicle left out
-(experiments/fusion_calibration.py) change no alert and have the same Brier score: these stay."""
-
-CARRY_OFF = frozenset({"coast", "date", "drag"})
-"""Detectors that could see a carry-off: only they count where a flight is said to be watched."""
-
-ADVISORY = frozenset({"heading"})
-"""Detectors that nobody could calibrate: shown, but neither their alarm nor their silence changes
-what the monitor claims. No recorded flight with an attack and a compass moves `heading`."""
-
-SHARED = (frozenset({"coast", "date", "drag"}), frozenset({"altitude", "kld"}))
-"""Detectors that share a source of error, so the one that says most counts for all of its group:
-velocity of the receiver and attitude; height of the receiver."""
-
-SOFT = frozenset({"drag", "correlation"})
-"""Detectors whose alarm may have an innocent cause, a gust or a vehicle that flies sideways: it
-supports an alert and never makes one. On clean recorded flights `correlation` reaches 2.9."""
+ADVISORY, SEES, SUPPORTS, KEEPS = "advisory", "carry_off", "supports", "keeps_alarm"
+"""Words of a weight's text."""
+SOURCES_OF_ERROR = ("velocity", "height")
+"""What detectors can share: velocity of the receiver and attitude; height of the receiver."""
 
 
-def together(nats: Mapping[str, float]) -> float:
-    """What detectors say together, nats by name: the sum, but of each SHARED group the largest."""
-    groups = [[said for name, said in nats.items() if name in group] for group in SHARED]
-    alone = math.fsum(
-        said for name, said in nats.items() if not any(name in group for group in SHARED)
-    )
-    return alone + math.fsum(max(group, default=0.0) for group in groups)
+@dataclass(frozen=True)
+class Weight:
+    """What the verdicts of a detector count for.
+
+    Attributes:
+        ratio: None if nobody could calibrate it: it is shown, and neither its alarm nor its silence
+            changes what the monitor claims.
+        shares: One of SOURCES_OF_ERROR, empty for none. Of the detectors that share one only that
+            which says most counts.
+        may_alert: With policy `default` its alarm makes an alert; otherwise it has innocent causes
+            and only supports one.
+        sees_carry_off: It could see a carry-off: only these count where a flight is said to be
+            watched.
+        keeps_alarm: It keeps its alarm until it is reset itself.
+        published: Policy `paper` asks it.
+    """
+
+    ratio: LikelihoodRatio | None
+    shares: str = ""
+    may_alert: bool = True
+    sees_carry_off: bool = False
+    keeps_alarm: bool = False
+    published: bool = False
+
+    @property
+    def text(self) -> str:
+        """It as the parameter `further_weights` has it; see `from_text`."""
+        ratio = None if self.ratio is None else astuple(self.ratio)
+        numbers = [ADVISORY] if ratio is None else [repr(float(one)) for one in ratio]
+        flags = ((self.sees_carry_off, SEES), (not self.may_alert, SUPPORTS),
+                 (self.keeps_alarm, KEEPS), (self.shares, self.shares))  # fmt: skip
+        return ",".join([*numbers, *(word for given, word in flags if given)])
+
+    @classmethod
+    def from_text(cls, text: str) -> Weight:
+        """Read `SLOPE,NEUTRAL,LOW,HIGH` or `advisory`, and words, all with commas in between.
+
+        Words are `carry_off` (see `sees_carry_off`), `supports` (not `may_alert`), `keeps_alarm`
+        and those of SOURCES_OF_ERROR.
+
+        Raises:
+            ValueError: It is something else, or such a ratio would not grow with the margin.
+        """
+        first, *words = text.split(",")
+        ratio = None
+        if first != ADVISORY:
+            numbers, words = [float(one) for one in (first, *words[:3])], words[3:]
+            if len(numbers) < len(fields(LikelihoodRatio)) or not all(map(math.isfinite, numbers)):
+                raise ValueError("it takes four numbers: SLOPE,NEUTRAL,LOW,HIGH")
+            ratio = LikelihoodRatio(*numbers)
+            if min(ratio.slope, ratio.neutral) <= 0.0 or not ratio.low <= 0.0 <= ratio.high:
+                raise ValueError("SLOPE and NEUTRAL must be above 0, and 0 from LOW to HIGH")
+        shared = [word for word in words if word in SOURCES_OF_ERROR]
+        if unknown := {*words} - {SEES, SUPPORTS, KEEPS, *shared[:1]}:
+            raise ValueError(f"what is '{min(unknown)}'?")
+        alerts = ratio is not None and SUPPORTS not in words
+        return cls(ratio, "".join(shared), alerts, SEES in words, KEEPS in words)
+
+
+UNCALIBRATED = Weight(LikelihoodRatio(3.0, 0.7, -0.2, 3.0), may_alert=False)
+"""Of a detector of which nothing is known: its alarm supports an alert and never makes one."""
+
+
+def together(nats: Mapping[str, float], weights: Mapping[str, Weight]) -> float:
+    """What detectors say together, nats by name: the sum, of each source of error the largest."""
+    groups: dict[str, list[float]] = defaultdict(list)
+    for name, said in nats.items():
+        groups[weights.get(name, UNCALIBRATED).shares].append(said)
+    return math.fsum(groups.pop("", ())) + math.fsum(map(max, groups.values()))
 
 
 class RecentPeak:

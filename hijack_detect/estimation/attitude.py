@@ -36,6 +36,8 @@ class AttitudeEstimator:
     first yaw and its gyro bias from the filter.
     """
 
+    PARAMETERS = AttitudeParameters
+
     def __init__(self, parameters: AttitudeParameters) -> None:
         """Start without attitude."""
         self._parameters = parameters

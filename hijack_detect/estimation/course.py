@@ -44,6 +44,8 @@ class CourseEstimator:
 
     inputs: Mapping[str, float] = {"fix": SENSOR_PATIENCE_S}
 
+    PARAMETERS = CourseParameters
+
     def __init__(self, parameters: CourseParameters) -> None:
         """Start without a previous fix."""
         self._parameters = parameters

@@ -192,6 +192,8 @@ class FlightPhaseEstimator:
 
     NAME = "phase"
 
+    PARAMETERS = FlightPhaseParameters
+
     def __init__(self, parameters: FlightPhaseParameters) -> None:
         """Start without data."""
         self._p = p = parameters

@@ -3,74 +3,70 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections import defaultdict, deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, TypeAlias
+from functools import partial
+from typing import Any, TypeVar
 
-from hijack_detect.detectors.altitude import AltitudeDetector
-from hijack_detect.detectors.altitude_parameters import AltitudeParameters
-from hijack_detect.detectors.coast import CoastDetector
-from hijack_detect.detectors.coast_parameters import CoastParameters
-from hijack_detect.detectors.correlation import CorrelationDetector
-from hijack_detect.detectors.correlation_parameters import CorrelationParameters
-from hijack_detect.detectors.date import DateDetector
-from hijack_detect.detectors.date_parameters import DateParameters
-from hijack_detect.detectors.drag import DragDetector
-from hijack_detect.detectors.drag_parameters import DragParameters
-from hijack_detect.detectors.fusion import Fusion
 from hijack_detect.detectors.fusion_parameters import FusionParameters
-from hijack_detect.detectors.gnss_sanity import GnssSanityDetector
-from hijack_detect.detectors.gnss_sanity_parameters import GnssSanityParameters
-from hijack_detect.detectors.heading import HeadingDetector
-from hijack_detect.detectors.heading_parameters import HeadingParameters
-from hijack_detect.detectors.kld import KldDetector
-from hijack_detect.detectors.kld_parameters import KldParameters
-from hijack_detect.estimation.attitude import AttitudeEstimator
-from hijack_detect.estimation.attitude_parameters import AttitudeParameters
-from hijack_detect.estimation.course import CourseEstimator, CourseParameters
-from hijack_detect.estimation.flight_phase import FlightPhaseEstimator, FlightPhaseParameters
+from hijack_detect.monitor.parts import PARTS, Part, weights
 from hijack_detect.monitor.stage import Component, Stage
-from hijack_detect.parameters import ParameterError
+from hijack_detect.parameters import Parameters
 from hijack_detect.streams.receiver_clock import ReceiverClock
 
-DETECTORS = ("correlation", "date", "kld", "coast", "gnss", "altitude", "heading", "drag")
+P = TypeVar("P", bound=Parameters)
 
 
 @dataclass(frozen=True)
 class MonitorParameters:
-    """Parameters of every part."""
+    """Which parts a monitor has, and the parameters of each.
 
-    attitude: AttitudeParameters = field(default_factory=AttitudeParameters)
-    course: CourseParameters = field(default_factory=CourseParameters)
-    phase: FlightPhaseParameters = field(default_factory=FlightPhaseParameters)
-    correlation: CorrelationParameters = field(default_factory=CorrelationParameters)
-    date: DateParameters = field(default_factory=DateParameters)
-    kld: KldParameters = field(default_factory=KldParameters)
-    coast: CoastParameters = field(default_factory=CoastParameters)
-    gnss: GnssSanityParameters = field(default_factory=GnssSanityParameters)
-    altitude: AltitudeParameters = field(default_factory=AltitudeParameters)
-    heading: HeadingParameters = field(default_factory=HeadingParameters)
-    drag: DragParameters = field(default_factory=DragParameters)
-    fusion: FusionParameters = field(default_factory=FusionParameters)
-
-
-Baselines: TypeAlias = Mapping[str, Callable[[], Component]]
-"""Makers of further detectors by name."""
-
-
-def heard(parameters: FusionParameters) -> tuple[str, ...]:
-    """The detectors that the fusion hears: ours, and the further ones of its parameters.
-
-    Raises:
-        ParameterError: A further one has the name of one of ours.
+    Attributes:
+        values: Parameters by name of the part. What is not given has its defaults.
+        parts: The rows of the parts, those of the registry first.
     """
-    taken = {*DETECTORS, Fusion.NAME} & {*parameters.further}
-    if taken:
-        raise ParameterError(
-            f"parameter 'further_detectors' has '{min(taken)}', which is a name of our own"
-        )
-    return (*DETECTORS, *parameters.further)
+
+    values: Mapping[str, Parameters] = field(default_factory=dict)
+    parts: tuple[Part, ...] = PARTS
+
+    def __post_init__(self) -> None:
+        """Fill in the defaults."""
+        full = {
+            part.name: self.values[part.name] if part.name in self.values else part.parameters()
+            for part in self.parts
+        }
+        object.__setattr__(self, "values", full)
+
+    def __getitem__(self, name: str) -> Parameters:
+        """The parameters of a part, by its name."""
+        return self.values[name]
+
+    def of(self, kind: type[P]) -> P:
+        """The parameters of one kind, of the first part that has such."""
+        return next(one for one in self.values.values() if isinstance(one, kind))
+
+    @property
+    def fusion(self) -> FusionParameters:
+        """The parameters of the fusion."""
+        return self.of(FusionParameters)
+
+    @property
+    def detectors(self) -> tuple[str, ...]:
+        """Names of the parts that give verdicts."""
+        return tuple(part.name for part in self.parts if part.weight is not None)
+
+    def having(self, name: str, **changes: Any) -> MonitorParameters:
+        """These parameters with others of one part."""
+        changed = dataclasses.replace(self.values[name], **changes)
+        return dataclasses.replace(self, values={**self.values, name: changed})
+
+    def adding(
+        self, parts: Sequence[Part], values: Mapping[str, Parameters] | None = None
+    ) -> MonitorParameters:
+        """These with other detectors, to which the fusion does not subscribe."""
+        return MonitorParameters({**self.values, **(values or {})}, (*self.parts, *parts))
 
 
 class Monitor:
@@ -85,38 +81,22 @@ class Monitor:
         clock: Puts the receiver's stamps on the clock of the IMU before any part has them.
     """
 
-    def __init__(self, parameters: MonitorParameters, baselines: Baselines | None = None) -> None:
+    def __init__(self, parameters: MonitorParameters) -> None:
         """Make all stages.
 
-        Args:
-            parameters: Parameters of every part.
-            baselines: Further detectors. Fusion hears those that its parameters name.
-
         Raises:
-            ParameterError: See `heard`.
+            ParameterError: See `weights`.
         """
-        p = parameters
-        self.detectors = (*DETECTORS, *(baselines or {}))
+        self.detectors = parameters.detectors
         self.clock = ReceiverClock()
         self.stages: Mapping[str, Stage] = {
-            "attitude": Stage(lambda: AttitudeEstimator(p.attitude)),
-            "course": Stage(lambda: CourseEstimator(p.course)),
-            "phase": Stage(lambda: FlightPhaseEstimator(p.phase)),
-            "correlation": Stage(lambda: CorrelationDetector(p.correlation)),
-            "date": Stage(lambda: DateDetector(p.date)),
-            "kld": Stage(lambda: KldDetector(p.kld)),
-            "coast": Stage(lambda: CoastDetector(p.coast)),
-            "gnss": Stage(lambda: GnssSanityDetector(p.gnss)),
-            "altitude": Stage(lambda: AltitudeDetector(p.altitude)),
-            "heading": Stage(lambda: HeadingDetector(p.heading)),
-            "drag": Stage(lambda: DragDetector(p.drag)),
-            "fusion": Stage(lambda: Fusion(p.fusion, heard(p.fusion))),
-            **{name: Stage(make) for name, make in (baselines or {}).items()},
+            part.name: Stage(partial(component_of, part, parameters[part.name]))
+            for part in parameters.parts
         }
         self._hearers: dict[str, list[tuple[str, Stage]]] = defaultdict(list)
-        for part, stage in self.stages.items():
+        for name, stage in self.stages.items():
             for source in stage.component.inputs:
-                self._hearers[source].append((part, stage))
+                self._hearers[source].append((name, stage))
 
     def push(self, name: str, samples: Sequence[Any]) -> list[tuple[str, Any]]:
         """Take successive samples of one input; return (part, output) of all that followed.
@@ -133,3 +113,14 @@ class Monitor:
                     outputs += [(part, output) for output in found]
                     waiting.append((part, found))
         return outputs
+
+
+def component_of(part: Part, parameters: Parameters) -> Component:
+    """Make the estimator, detector or fusion of a row.
+
+    Raises:
+        ParameterError: See `weights`.
+    """
+    heard = (weights(parameters),) if isinstance(parameters, FusionParameters) else ()
+    component: Component = part.kind(parameters, *heard)
+    return component

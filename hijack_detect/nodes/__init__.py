@@ -1,22 +1,14 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""Thin ROS 2 nodes, one file each: parameters, topics, QoS, nothing else."""
+"""Thin ROS 2 nodes: parameters, topics, QoS, nothing else."""
 
-# Every name is a module of this package with a main(), and the executable that starts it.
-# setup.py runs this file by itself, so it imports nothing.
-MONITOR = (
-    "attitude_estimator",
-    "gps_angle",
-    "flight_phase",
-    "correlation_detector",
-    "date_detector",
-    "kld_detector",
-    "coast_detector",
-    "gnss_sanity",
-    "altitude_detector",
-    "heading_detector",
-    "drag_detector",
-    "fusion",
-)
+from __future__ import annotations
+
+from pathlib import Path
+
+from hijack_detect.monitor.parts import PARTS
+
+# setup.py reads these names and the functions behind them, so nothing slow is imported.
+MONITOR = tuple(part.node for part in PARTS)
 COMPOSED = "all"
 NODES = (
     *MONITOR,
@@ -27,3 +19,10 @@ NODES = (
     "recorder",
     "px4_bridge",
 )
+"""Names of the nodes, and of the executables that start them."""
+
+
+def entry_point(node: str) -> str:
+    """What runs a node, as `module:function`: of the module of its name, or any detector's."""
+    own = Path(__file__).with_name(f"{node}.py").is_file()
+    return f"{__name__}.{node if own else 'detector_node'}:main"

@@ -15,38 +15,11 @@ from collections.abc import Sequence
 from rclpy.executors import Executor
 from rclpy.node import Node
 
-from hijack_detect.nodes.altitude_detector import AltitudeDetectorNode
-from hijack_detect.nodes.attitude_estimator import AttitudeEstimatorNode
-from hijack_detect.nodes.coast_detector import CoastDetectorNode
+from hijack_detect.monitor.parts import PARTS, load
 from hijack_detect.nodes.composition import Composition
 from hijack_detect.nodes.composition_parameters import CompositionParameters
-from hijack_detect.nodes.correlation_detector import CorrelationDetectorNode
-from hijack_detect.nodes.date_detector import DateDetectorNode
-from hijack_detect.nodes.drag_detector import DragDetectorNode
-from hijack_detect.nodes.flight_phase import FlightPhaseNode
-from hijack_detect.nodes.fusion import FusionNode
-from hijack_detect.nodes.gnss_sanity import GnssSanityNode
-from hijack_detect.nodes.gps_angle import GpsAngleNode
-from hijack_detect.nodes.heading_detector import HeadingDetectorNode
-from hijack_detect.nodes.kld_detector import KldDetectorNode
 from hijack_detect.nodes.parameters import declare, naming
 from hijack_detect.nodes.running import run_composed
-
-KINDS = (
-    AttitudeEstimatorNode,
-    GpsAngleNode,
-    FlightPhaseNode,
-    CorrelationDetectorNode,
-    DateDetectorNode,
-    KldDetectorNode,
-    CoastDetectorNode,
-    GnssSanityNode,
-    AltitudeDetectorNode,
-    HeadingDetectorNode,
-    DragDetectorNode,
-    FusionNode,
-)
-"""In an order in which every node comes after those whose outputs it hears."""
 
 
 def make(executor: Executor) -> Sequence[Node]:
@@ -59,7 +32,7 @@ def make(executor: Executor) -> Sequence[Node]:
     with naming("monitor"):
         parameters = declare(monitor, CompositionParameters, read_only=True)
     composition = Composition(executor, parameters.publish_rate or None)
-    nodes = [kind(composition) for kind in KINDS]
+    nodes = [load(part.face)(part, composition) for part in PARTS]
     composition.connect(monitor)
     return nodes
 

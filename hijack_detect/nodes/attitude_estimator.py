@@ -8,19 +8,16 @@ orientation FLU to ENU, REP-145; covariance -1 until the heading is known) and y
 
 from __future__ import annotations
 
-from geometry_msgs.msg import TwistStamped
-from sensor_msgs.msg import Imu, MagneticField, NavSatFix
+from sensor_msgs.msg import Imu
 from std_msgs.msg import Float64
 
-from hijack_detect.estimation.attitude import AttitudeEstimator
 from hijack_detect.estimation.attitude_parameters import AttitudeParameters
 from hijack_detect.estimation.rotation import heading
+from hijack_detect.monitor.parts import Part
 from hijack_detect.nodes.messages import imu_message
 from hijack_detect.nodes.outlet import Outlet
-from hijack_detect.nodes.qos import SENSOR
-from hijack_detect.nodes.running import run
-from hijack_detect.nodes.stage_node import StageNode
-from hijack_detect.nodes.wiring import Topics, Wiring, sensor_input
+from hijack_detect.nodes.stage_node import StageNode, row_of, run_part
+from hijack_detect.nodes.wiring import Wiring, inputs_of
 from hijack_detect.streams.samples import AttitudeSample
 
 
@@ -31,23 +28,9 @@ class AttitudeEstimatorNode(StageNode[AttitudeParameters]):
     is found again.
     """
 
-    def __init__(self, wiring: Wiring) -> None:
+    def __init__(self, part: Part, wiring: Wiring) -> None:
         """Subscribe and advertise; see StageNode."""
-        inputs = {
-            "imu": sensor_input("imu", "imu/data_raw", Imu, SENSOR),
-            "fix": sensor_input("fix", "gps/fix", NavSatFix, SENSOR),
-            "velocity": sensor_input("velocity", "gps/vel", TwistStamped, SENSOR),
-            "mag": sensor_input("mag", "mag", MagneticField, SENSOR),
-        }
-        super().__init__(
-            "attitude_estimator",
-            AttitudeParameters,
-            AttitudeEstimator,
-            inputs,
-            wiring,
-            output="imu/data",
-            read_only=True,
-        )
+        super().__init__(part, inputs_of(part), wiring, output="imu/data", read_only=True)
         self._imu = Outlet(self, Imu, "imu/data", wiring.rate_hz)
         self._yaw = Outlet(self, Float64, "yaw", wiring.rate_hz)
 
@@ -61,7 +44,7 @@ class AttitudeEstimatorNode(StageNode[AttitudeParameters]):
 
 def main() -> None:
     """Run the node."""
-    run(lambda: AttitudeEstimatorNode(Topics()), __doc__ or "")
+    run_part(row_of("attitude_estimator"), __doc__ or "")
 
 
 if __name__ == "__main__":

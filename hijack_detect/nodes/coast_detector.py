@@ -11,18 +11,12 @@ lags by more than receivers do.
 
 from __future__ import annotations
 
-from geometry_msgs.msg import TwistStamped
-from sensor_msgs.msg import Imu, MagneticField, NavSatFix
-
-from hijack_detect.detectors.coast import CoastDetector
-from hijack_detect.detectors.coast_parameters import CoastParameters
 from hijack_detect.detectors.verdict import Verdict
 from hijack_detect.estimation.gps_lag import LATE, LATE_FIGURES, late_words
-from hijack_detect.nodes.detector_node import DetectorNode
-from hijack_detect.nodes.qos import SENSOR
+from hijack_detect.monitor.parts import Part
+from hijack_detect.nodes.detector_node import DetectorNode, run_detector
 from hijack_detect.nodes.receiver_report import ReceiverReport, Subject
-from hijack_detect.nodes.running import run
-from hijack_detect.nodes.wiring import Topics, Wiring, phase_input, sensor_input
+from hijack_detect.nodes.wiring import Wiring
 
 LATENCY = Subject(
     "latency of the GPS",
@@ -35,22 +29,12 @@ LATENCY = Subject(
 )
 
 
-class CoastDetectorNode(DetectorNode[CoastParameters]):
+class CoastDetectorNode(DetectorNode):
     """Runs `CoastDetector`."""
 
-    def __init__(self, wiring: Wiring) -> None:
+    def __init__(self, part: Part, wiring: Wiring) -> None:
         """Subscribe and advertise; see StageNode."""
-        inputs = {
-            "phase": phase_input(),
-            "imu": sensor_input("imu", "imu/data_raw", Imu, SENSOR),
-            "velocity": sensor_input("velocity", "gps/vel", TwistStamped, SENSOR),
-            "mag": sensor_input("mag", "mag", MagneticField, SENSOR),
-            "fix": sensor_input("fix", "gps/fix", NavSatFix, SENSOR),
-        }
-        figures = ("score", "threshold", "acceleration", "direction", "smallest_visible")
-        super().__init__(
-            CoastDetector.NAME, CoastParameters, CoastDetector, inputs, wiring, figures
-        )
+        super().__init__(part, wiring)
         self._latency = ReceiverReport(self.diagnostics, self.log, LATENCY)
 
     def publish_output(self, output: Verdict) -> None:
@@ -61,7 +45,7 @@ class CoastDetectorNode(DetectorNode[CoastParameters]):
 
 def main() -> None:
     """Run the node."""
-    run(lambda: CoastDetectorNode(Topics()), __doc__ or "")
+    run_detector("coast_detector", __doc__ or "")
 
 
 if __name__ == "__main__":

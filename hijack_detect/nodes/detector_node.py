@@ -1,63 +1,68 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""What every detector node publishes."""
+"""The node of a detector, made from its row of the registry."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+import sys
+import textwrap
 from functools import partial
+from pathlib import Path
+from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
 from std_msgs.msg import Bool, Float64
 
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.monitor.stage import Component
+from hijack_detect.monitor.graph import component_of
+from hijack_detect.monitor.parts import Part, own_part
 from hijack_detect.nodes.messages import verdict_message
 from hijack_detect.nodes.outlet import Outlet
-from hijack_detect.nodes.stage_node import P, StageNode
-from hijack_detect.nodes.wiring import Input, Wiring
+from hijack_detect.nodes.stage_node import StageNode, row_of, run_part
+from hijack_detect.nodes.wiring import IMU_TOPIC, INPUTS, SATELLITES, Wiring, inputs_of
+from hijack_detect.parameters import Parameters
+from hijack_detect.streams.headerless import SatelliteStamps
+from hijack_detect.streams.receiver_clock import REFERENCE, STAMPED
 
 MARGIN = "margin"
 """The figure that every detector has: score over threshold, so that all fit on one plot."""
 
 
-class DetectorNode(StageNode[P]):
-    """Publishes each verdict: NAME/verdict, NAME/hijacked, and Float64 for margin and figures."""
+class DetectorNode(StageNode[Parameters]):
+    """Publishes each verdict: NAME/verdict, NAME/hijacked, and Float64 for margin and figures.
 
-    def __init__(
-        self,
-        name: str,
-        parameters: type[P],
-        make: Callable[[P], Component],
-        inputs: Mapping[str, Input],
-        wiring: Wiring,
-        figures: tuple[str, ...],
-        *,
-        node_name: str = "",
-    ) -> None:
+    A number of satellites has no header. It gets the stamp of its fix by the order of publication,
+    for which the executor must hand out the source times of messages: SingleThreadedExecutor does.
+    """
+
+    def __init__(self, part: Part, wiring: Wiring) -> None:
         """Subscribe and advertise.
 
         Args:
-            name: Name of the detector.
-            parameters: Parameter dataclass.
-            make: Makes the detector from its parameters.
-            inputs: Subscription of each input.
+            part: Row of the detector.
             wiring: See StageNode.
-            figures: Values of the verdict, its `score` or its `threshold`, that are published
-                as NAME/FIGURE beside NAME/margin.
-            node_name: Name of the node, default NAME_detector.
+
+        Raises:
+            ValueError: It has an input that there is not.
         """
-        verdict = f"{name}/verdict"
-        super().__init__(
-            node_name or f"{name}_detector", parameters, make, inputs, wiring, output=verdict
-        )
+        name, verdict = part.name, f"{part.name}/verdict"
+        inputs = inputs_of(part)
+        self.NEEDS_SOURCE_TIMES = SATELLITES in inputs
+        self._stamps = SatelliteStamps()
+        super().__init__(part, inputs, wiring, output=verdict)
         self._verdict = Outlet(self, DiagnosticArray, verdict, wiring.rate_hz)
         self._hijacked = Outlet(self, Bool, f"{name}/hijacked", wiring.rate_hz)
         self._figures = {
             figure: Outlet(self, Float64, f"{name}/{figure}", wiring.rate_hz)
-            for figure in (MARGIN, *figures)
+            for figure in (MARGIN, *part.figures)
         }
         self._state: State | None = None
+
+    def samples(self, name: str, converted: Any, published_ns: int) -> list[tuple[str, Any]]:
+        """See StageNode; a number of satellites follows once the fix after it is there."""
+        if not self.NEEDS_SOURCE_TIMES:
+            return [(name, converted)]
+        return self._stamps.samples(name, published_ns, converted)
 
     def publish_output(self, output: Verdict) -> None:
         """Publish a verdict; a figure that is not defined is NaN, a gap in every plot."""
@@ -75,3 +80,39 @@ def _figure(output: Verdict, name: str) -> Float64:
     own = {"score": output.score, "threshold": output.threshold, MARGIN: output.margin}
     values = {**output.values, **own}
     return Float64(data=values.get(name, math.nan))
+
+
+def summary(part: Part) -> str:
+    """What the node of a detector asks, its topics and their units."""
+    inputs = component_of(part, part.parameters()).inputs
+    topics = [INPUTS[name].topic for name in inputs if name in INPUTS]
+    if {*STAMPED} & {*inputs} and REFERENCE not in inputs:
+        topics.append(f"{IMU_TOPIC} for its stamps")
+    figures = {MARGIN: "score over threshold", **part.figures}
+    told = [f"{part.name}/{name} ({meaning})" for name, meaning in figures.items()]
+    text = (
+        f"Subscribes {_listed(topics)}. Publishes {part.name}/verdict (DiagnosticArray), "
+        f"{part.name}/hijacked (Bool), and as Float64 {_listed(told)}."
+    )
+    wrapped = textwrap.fill(text, 100, break_long_words=False, break_on_hyphens=False)
+    return f"{part.question}\n\n{wrapped}"
+
+
+def _listed(words: list[str]) -> str:
+    return " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))
+
+
+def run_detector(which: str | type[Any], text: str = "") -> None:
+    """Run the node of a detector until it is interrupted.
+
+    Args:
+        which: Its node, for one of the registry; its class, for one of the user's own.
+        text: What `--help` prints, default `summary`.
+    """
+    part = row_of(which) if isinstance(which, str) else own_part(which)
+    run_part(part, text or summary(part))
+
+
+def main() -> None:
+    """Run the node that is called as this program is."""
+    run_detector(Path(sys.argv[0]).name)

@@ -11,16 +11,13 @@ once a second.
 from __future__ import annotations
 
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import TwistStamped
-from sensor_msgs.msg import FluidPressure, Imu, NavSatFix
 
-from hijack_detect.estimation.flight_phase import FlightPhaseEstimator, FlightPhaseParameters
+from hijack_detect.estimation.flight_phase import FlightPhaseParameters
+from hijack_detect.monitor.parts import Part
 from hijack_detect.nodes.messages import phase_message
 from hijack_detect.nodes.outlet import Outlet
-from hijack_detect.nodes.qos import SENSOR
-from hijack_detect.nodes.running import run
-from hijack_detect.nodes.stage_node import StageNode
-from hijack_detect.nodes.wiring import PHASE_TOPIC, Topics, Wiring, sensor_input
+from hijack_detect.nodes.stage_node import StageNode, row_of, run_part
+from hijack_detect.nodes.wiring import PHASE_TOPIC, Wiring, inputs_of
 from hijack_detect.streams.samples import NANOSECONDS, PhaseSample
 
 PHASE_SUBJECT = "phase of the flight"
@@ -30,22 +27,9 @@ PHASE_SUBJECT = "phase of the flight"
 class FlightPhaseNode(StageNode[FlightPhaseParameters]):
     """Runs `FlightPhaseEstimator`."""
 
-    def __init__(self, wiring: Wiring) -> None:
+    def __init__(self, part: Part, wiring: Wiring) -> None:
         """Subscribe and advertise; see StageNode."""
-        inputs = {
-            "imu": sensor_input("imu", "imu/data_raw", Imu, SENSOR),
-            "pressure": sensor_input("pressure", "pressure", FluidPressure, SENSOR),
-            "velocity": sensor_input("velocity", "gps/vel", TwistStamped, SENSOR),
-            "fix": sensor_input("fix", "gps/fix", NavSatFix, SENSOR),
-        }
-        super().__init__(
-            "flight_phase",
-            FlightPhaseParameters,
-            FlightPhaseEstimator,
-            inputs,
-            wiring,
-            output=PHASE_TOPIC,
-        )
+        super().__init__(part, inputs_of(part), wiring, output=PHASE_TOPIC)
         self._phase = Outlet(self, DiagnosticArray, PHASE_TOPIC, wiring.rate_hz)
         self._last: tuple[object, str] | None = None
         self._diagnosed_s = 0
@@ -66,7 +50,7 @@ class FlightPhaseNode(StageNode[FlightPhaseParameters]):
 
 def main() -> None:
     """Run the node."""
-    run(lambda: FlightPhaseNode(Topics()), __doc__ or "")
+    run_part(row_of("flight_phase"), __doc__ or "")
 
 
 if __name__ == "__main__":

@@ -24,16 +24,15 @@ from std_srvs.srv import Trigger
 from hijack_detect.detectors.fusion import SILENT_S, Fusion, FusionResult
 from hijack_detect.detectors.fusion_parameters import FusionParameters
 from hijack_detect.detectors.verdict import State
-from hijack_detect.monitor.graph import heard
+from hijack_detect.monitor.parts import weights
 from hijack_detect.monitor.verdict_messages import verdict_from
 from hijack_detect.nodes.messages import fusion_message
 from hijack_detect.nodes.outlet import Outlet
 from hijack_detect.nodes.publishers import PublisherWatch
 from hijack_detect.nodes.qos import ALERT, INTERNAL
-from hijack_detect.nodes.running import run
-from hijack_detect.nodes.stage_node import StageNode
+from hijack_detect.nodes.stage_node import StageNode, row_of, run_part
 from hijack_detect.nodes.survival import Survivor
-from hijack_detect.nodes.wiring import Input, Topics, Wiring
+from hijack_detect.nodes.wiring import Input, Wiring
 from hijack_detect.promise import REPEAT_S
 from hijack_detect.streams.samples import NANOSECONDS
 
@@ -47,17 +46,10 @@ WATCH_S = 0.25
 class FusionNode(StageNode[FusionParameters]):
     """Runs `Fusion`. Parameters are read-only: a change would lose a latched alert."""
 
-    def __init__(self, wiring: Wiring) -> None:
+    def __init__(self, part: Part, wiring: Wiring) -> None:
         """Subscribe and advertise; see StageNode."""
-        super().__init__(
-            "fusion",
-            FusionParameters,
-            lambda parameters: Fusion(parameters, heard(parameters)),
-            _inputs,
-            wiring,
-            read_only=True,
-        )
-        self._detectors = heard(self.parameters)
+        super().__init__(part, _inputs, wiring, read_only=True)
+        self._detectors = weights(self.parameters)
         self._alert = self.create_publisher(Bool, ALERT_TOPIC, ALERT)
         watched = (ALERT_TOPIC, *map(_topic, self._detectors))
         self._watch = PublisherWatch(self, self.diagnostics, watched)
@@ -212,7 +204,7 @@ def _topic(detector: str) -> str:
 def _inputs(parameters: FusionParameters) -> Mapping[str, Input]:
     return {
         name: Input(_topic(name), DiagnosticArray, INTERNAL, verdict_from)
-        for name in heard(parameters)
+        for name in weights(parameters)
     }
 
 
@@ -223,7 +215,7 @@ def _said(result: FusionResult) -> tuple[Any, ...]:
 
 def main() -> None:
     """Run the node."""
-    run(lambda: FusionNode(Topics()), __doc__ or "")
+    run_part(row_of("fusion"), __doc__ or "")
 
 
 if __name__ == "__main__":

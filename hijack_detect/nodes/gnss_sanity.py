@@ -13,27 +13,16 @@ verdict depends on stamped messages alone and looks for what two streams do.
 
 from __future__ import annotations
 
-from typing import Any
-
-from geometry_msgs.msg import TwistStamped
-from rclpy.executors import SingleThreadedExecutor
-from sensor_msgs.msg import NavSatFix
-from std_msgs.msg import UInt32
-
 from hijack_detect.detectors.gnss_checks.latency import later_words
-from hijack_detect.detectors.gnss_sanity import CLOCK_RATE, LATER, GnssSanityDetector
-from hijack_detect.detectors.gnss_sanity_parameters import GnssSanityParameters
+from hijack_detect.detectors.gnss_sanity import CLOCK_RATE, LATER
 from hijack_detect.detectors.verdict import Verdict
 from hijack_detect.estimation.clock_rate import clock_words
 from hijack_detect.estimation.receiver_health import POOR, POOR_FIGURES, poor_words
-from hijack_detect.nodes.detector_node import DetectorNode
+from hijack_detect.monitor.parts import Part
+from hijack_detect.nodes.detector_node import DetectorNode, run_detector
 from hijack_detect.nodes.publishers import PublisherWatch
-from hijack_detect.nodes.qos import SENSOR
 from hijack_detect.nodes.receiver_report import ReceiverReport, Subject
-from hijack_detect.nodes.running import run
-from hijack_detect.nodes.wiring import Input, Topics, Wiring, phase_input, sensor_input
-from hijack_detect.streams.headerless import SatelliteStamps
-from hijack_detect.streams.messages import satellite_count
+from hijack_detect.nodes.wiring import Wiring
 
 FIX = "gps/fix"
 RECEIVER = Subject(
@@ -59,35 +48,14 @@ GROWTH = Subject(
     good="none that position and velocity show",
     over="position and velocity agree without a growth of the latency again",
 )
-FIGURES = ("jump", "freeze", "velocity_mismatch", "velocity_mismatch_limit")
 
 
-class GnssSanityNode(DetectorNode[GnssSanityParameters]):
-    """Runs `GnssSanityDetector`.
+class GnssSanityNode(DetectorNode):
+    """Runs `GnssSanityDetector`."""
 
-    A number of satellites has no header; see `KldDetectorNode`.
-    """
-
-    NEEDS_SOURCE_TIMES = True
-
-    def __init__(self, wiring: Wiring) -> None:
+    def __init__(self, part: Part, wiring: Wiring) -> None:
         """Subscribe and advertise; see StageNode."""
-        inputs = {
-            "phase": phase_input(),
-            "fix": sensor_input("fix", FIX, NavSatFix, SENSOR),
-            "velocity": sensor_input("velocity", "gps/vel", TwistStamped, SENSOR),
-            "satellites": Input("gps/satellites", UInt32, SENSOR, satellite_count),
-        }
-        self._stamps = SatelliteStamps()
-        super().__init__(
-            GnssSanityDetector.NAME,
-            GnssSanityParameters,
-            GnssSanityDetector,
-            inputs,
-            wiring,
-            FIGURES,
-            node_name="gnss_sanity",
-        )
+        super().__init__(part, wiring)
         self._watch = PublisherWatch(self, self.diagnostics, (FIX,))
         self._reports = [
             ReceiverReport(self.diagnostics, self.log, subject)
@@ -100,14 +68,10 @@ class GnssSanityNode(DetectorNode[GnssSanityParameters]):
         for report in self._reports:
             report.add(output)
 
-    def samples(self, name: str, converted: Any, published_ns: int) -> list[tuple[str, Any]]:
-        """See StageNode; a count follows once the fix after it is there."""
-        return self._stamps.samples(name, published_ns, converted)
-
 
 def main() -> None:
     """Run the node."""
-    run(lambda: GnssSanityNode(Topics()), __doc__ or "", SingleThreadedExecutor)
+    run_detector("gnss_sanity", __doc__ or "")
 
 
 if __name__ == "__main__":

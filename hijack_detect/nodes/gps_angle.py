@@ -10,28 +10,23 @@ pi; the last value is held while not observable).
 from __future__ import annotations
 
 from geometry_msgs.msg import QuaternionStamped
-from sensor_msgs.msg import NavSatFix
 from std_msgs.msg import Float64
 
-from hijack_detect.estimation.course import CourseEstimator, CourseParameters, gps_angle
+from hijack_detect.estimation.course import CourseParameters, gps_angle
+from hijack_detect.monitor.parts import Part
 from hijack_detect.nodes.messages import course_message
 from hijack_detect.nodes.outlet import Outlet
-from hijack_detect.nodes.qos import SENSOR
-from hijack_detect.nodes.running import run
-from hijack_detect.nodes.stage_node import StageNode
-from hijack_detect.nodes.wiring import Topics, Wiring, sensor_input
+from hijack_detect.nodes.stage_node import StageNode, row_of, run_part
+from hijack_detect.nodes.wiring import Wiring, inputs_of
 from hijack_detect.streams.samples import CourseSample
 
 
 class GpsAngleNode(StageNode[CourseParameters]):
     """Runs `CourseEstimator`."""
 
-    def __init__(self, wiring: Wiring) -> None:
+    def __init__(self, part: Part, wiring: Wiring) -> None:
         """Subscribe and advertise; see StageNode."""
-        inputs = {"fix": sensor_input("fix", "gps/fix", NavSatFix, SENSOR)}
-        super().__init__(
-            "gps_angle", CourseParameters, CourseEstimator, inputs, wiring, output="gps/course"
-        )
+        super().__init__(part, inputs_of(part), wiring, output="gps/course")
         self._course = Outlet(self, QuaternionStamped, "gps/course", wiring.rate_hz)
         self._angle = Outlet(self, Float64, "gps_angle", wiring.rate_hz)
         self._held: float | None = None
@@ -48,7 +43,7 @@ class GpsAngleNode(StageNode[CourseParameters]):
 
 def main() -> None:
     """Run the node."""
-    run(lambda: GpsAngleNode(Topics()), __doc__ or "")
+    run_part(row_of("gps_angle"), __doc__ or "")
 
 
 if __name__ == "__main__":

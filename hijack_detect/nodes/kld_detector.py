@@ -11,54 +11,26 @@ kept alarm back.
 
 from __future__ import annotations
 
-from typing import Any
-
-from geometry_msgs.msg import TwistStamped
-from rclpy.executors import SingleThreadedExecutor
-from sensor_msgs.msg import NavSatFix
-from std_msgs.msg import UInt8, UInt32
+from std_msgs.msg import UInt8
 from std_srvs.srv import Trigger
 
 from hijack_detect.detectors.kld import CODES, KldDetector
-from hijack_detect.detectors.kld_parameters import KldParameters
 from hijack_detect.detectors.verdict import Verdict
-from hijack_detect.nodes.detector_node import DetectorNode
+from hijack_detect.monitor.parts import Part
+from hijack_detect.nodes.detector_node import DetectorNode, run_detector
 from hijack_detect.nodes.outlet import Outlet
-from hijack_detect.nodes.qos import SENSOR
-from hijack_detect.nodes.running import run
-from hijack_detect.nodes.wiring import Input, Topics, Wiring, phase_input, sensor_input
-from hijack_detect.streams.headerless import SatelliteStamps
-from hijack_detect.streams.messages import satellite_count
+from hijack_detect.nodes.wiring import Wiring
 
 
-class KldDetectorNode(DetectorNode[KldParameters]):
-    """Runs `KldDetector`.
+class KldDetectorNode(DetectorNode):
+    """Runs `KldDetector`."""
 
-    A number of satellites has no header. It gets the stamp of its fix by the order of publication,
-    for which the executor must hand out the source times of messages: SingleThreadedExecutor does.
-    """
-
-    NEEDS_SOURCE_TIMES = True
-
-    def __init__(self, wiring: Wiring) -> None:
+    def __init__(self, part: Part, wiring: Wiring) -> None:
         """Subscribe and advertise; see StageNode."""
-        inputs = {
-            "phase": phase_input(),
-            "fix": sensor_input("fix", "gps/fix", NavSatFix, SENSOR),
-            "velocity": sensor_input("velocity", "gps/vel", TwistStamped, SENSOR),
-            "satellites": Input("gps/satellites", UInt32, SENSOR, satellite_count),
-        }
-        self._stamps = SatelliteStamps()
-        super().__init__(
-            KldDetector.NAME, KldParameters, KldDetector, inputs, wiring, ("divergence",)
-        )
+        super().__init__(part, wiring)
         self._code = Outlet(self, UInt8, "kld/code", wiring.rate_hz)
         self._said: int | None = None
         self.create_service(Trigger, "~/reset", self._reset)
-
-    def samples(self, name: str, converted: Any, published_ns: int) -> list[tuple[str, Any]]:
-        """See StageNode; a count follows once the fix after it is there."""
-        return self._stamps.samples(name, published_ns, converted)
 
     def publish_output(self, output: Verdict) -> None:
         """Publish a verdict and its code."""
@@ -79,7 +51,7 @@ class KldDetectorNode(DetectorNode[KldParameters]):
 
 def main() -> None:
     """Run the node."""
-    run(lambda: KldDetectorNode(Topics()), __doc__ or "", SingleThreadedExecutor)
+    run_detector("kld_detector", __doc__ or "")
 
 
 if __name__ == "__main__":

@@ -28,7 +28,7 @@ from std_msgs.msg import String
 from hijack_detect import __version__
 from hijack_detect.bags.topics import OWN_TOPICS, TYPES
 from hijack_detect.level import Level
-from hijack_detect.monitor.graph import DETECTORS
+from hijack_detect.monitor.parts import DETECTORS
 from hijack_detect.monitor.verdict_messages import verdict_from
 from hijack_detect.nodes.diagnostics import Diagnostics
 from hijack_detect.nodes.levels import STATUS_LEVELS, log

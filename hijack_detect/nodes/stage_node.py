@@ -12,15 +12,20 @@ from typing import Any, Generic, TypeVar
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from rcl_interfaces.msg import SetParametersResult
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.impl.rcutils_logger import RcutilsLogger
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.utilities import ok
 
-from hijack_detect.monitor.stage import Component, Stage
+from hijack_detect.monitor.graph import component_of
+from hijack_detect.monitor.parts import PARTS, Part, load
+from hijack_detect.monitor.stage import Stage
 from hijack_detect.nodes.diagnostics import Diagnostics
 from hijack_detect.nodes.parameters import current, declare, naming, own_changes
-from hijack_detect.nodes.wiring import Input, Wiring
+from hijack_detect.nodes.running import run
+from hijack_detect.nodes.wiring import SATELLITES, Input, Topics, Wiring
 from hijack_detect.parameters import ParameterError, Parameters
 from hijack_detect.streams.messages import BadMessage
 from hijack_detect.streams.receiver_clock import REFERENCE, STAMPED
@@ -45,9 +50,7 @@ class StageNode(Node, Generic[P]):
 
     def __init__(
         self,
-        name: str,
-        parameters: type[P],
-        make: Callable[[P], Component],
+        part: Part,
         inputs: Mapping[str, Input] | Callable[[P], Mapping[str, Input]],
         wiring: Wiring,
         *,
@@ -57,9 +60,7 @@ class StageNode(Node, Generic[P]):
         """Declare parameters and subscribe.
 
         Args:
-            name: Name of the node.
-            parameters: Parameter dataclass.
-            make: Makes the estimator or detector from its parameters.
+            part: Row of the estimator, detector or fusion.
             inputs: Subscription of each input; the component says which inputs it has. Or what
                 gives them for the parameters.
             wiring: What the inputs come from, and where the outputs go.
@@ -70,12 +71,12 @@ class StageNode(Node, Generic[P]):
         Raises:
             ParameterError: A parameter is unknown or out of bounds.
         """
-        super().__init__(name, automatically_declare_parameters_from_overrides=True)
-        self._kind, self._make_component = parameters, make
-        with naming(name):
-            self._settings = declare(self, parameters, read_only=read_only)
+        super().__init__(part.node, automatically_declare_parameters_from_overrides=True)
+        self._kind: type[P] = part.parameters  # type: ignore[assignment]  # as the subclass says
+        with naming(part.node):
+            self._settings = declare(self, self._kind, read_only=read_only)
             inputs = inputs(self._settings) if callable(inputs) else inputs
-        self.stage = Stage(lambda: self._make_component(self._settings))
+        self.stage = Stage(lambda: component_of(part, self._settings))
         self.rejected: Counter[str] = Counter()
         self._received: Counter[str] = Counter()
         self._newest_s: dict[str, float] = dict.fromkeys(inputs, time.monotonic())
@@ -234,6 +235,18 @@ class StageNode(Node, Generic[P]):
         values["restarts"] = str(self.stage.restarts)
         level = DiagnosticStatus.WARN if new else DiagnosticStatus.OK
         self.diagnostics.tell("inputs", level, text or "all messages used", values)
+
+
+def row_of(node: str) -> Part:
+    """The row of a node of the registry."""
+    return next(part for part in PARTS if part.node == node)
+
+
+def run_part(part: Part, summary: str) -> None:
+    """Run the node of a part until it is interrupted; `--help` prints the summary."""
+    timed = SATELLITES in component_of(part, part.parameters()).inputs
+    executor = SingleThreadedExecutor if timed else EventsExecutor
+    run(lambda: load(part.face)(part, Topics()), summary, executor)
 
 
 def _stamped(given: Input, heard: Any) -> str:

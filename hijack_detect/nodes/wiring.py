@@ -8,17 +8,22 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import QuaternionStamped, TwistStamped
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.serialization import deserialize_message
-from sensor_msgs.msg import Imu
+from sensor_msgs.msg import FluidPressure, Imu, MagneticField, NavSatFix
+from std_msgs.msg import UInt32
 
+from hijack_detect.monitor.parts import Part
 from hijack_detect.nodes.qos import INTERNAL, OVERRIDES, SENSOR
 from hijack_detect.streams.absence import Absence
 from hijack_detect.streams.cdr import FROM_BYTES, stamp_from_bytes
-from hijack_detect.streams.messages import CONVERTERS, header_stamp_ns
+from hijack_detect.streams.messages import CONVERTERS, header_stamp_ns, satellite_count
 from hijack_detect.streams.receiver_clock import Passed, ReceiverClock
 
+SATELLITES = "satellites"
+"""Has no header: how its messages get a stamp depends on the order of publication."""
 IMU_TOPIC = "imu/data_raw"
 """Its stamps tell the time, see `ReceiverClock`."""
 
@@ -49,14 +54,37 @@ class Input:
         return deserialize_message(heard, self.message_type) if self.from_bytes else heard
 
 
-def sensor_input(name: str, topic: str, message_type: type, qos: QoSProfile) -> Input:
+def _input(name: str, topic: str, message_type: type, qos: QoSProfile) -> Input:
     """An input converted by the converter of its name."""
     return Input(topic, message_type, qos, CONVERTERS[name], FROM_BYTES.get(name))
 
 
-def phase_input() -> Input:
-    """The phase of the flight, from the node flight_phase."""
-    return sensor_input("phase", PHASE_TOPIC, DiagnosticArray, INTERNAL)
+INPUTS: Mapping[str, Input] = {
+    "imu": _input("imu", IMU_TOPIC, Imu, SENSOR),
+    "fix": _input("fix", "gps/fix", NavSatFix, SENSOR),
+    "velocity": _input("velocity", "gps/vel", TwistStamped, SENSOR),
+    SATELLITES: Input("gps/satellites", UInt32, SENSOR, satellite_count),
+    "mag": _input("mag", "mag", MagneticField, SENSOR),
+    "pressure": _input("pressure", "pressure", FluidPressure, SENSOR),
+    "phase": _input("phase", PHASE_TOPIC, DiagnosticArray, INTERNAL),
+    "attitude": _input("attitude", "imu/data", Imu, INTERNAL),
+    "course": _input("course", "gps/course", QuaternionStamped, INTERNAL),
+}
+"""The inputs that a part can have, by name: sensors, and what the estimators publish."""
+
+
+def inputs_of(part: Part) -> Mapping[str, Input]:
+    """The inputs of an estimator or detector.
+
+    Raises:
+        ValueError: It has one that there is not.
+    """
+    names = part.kind(part.parameters()).inputs
+    if unknown := {*names} - {*INPUTS}:
+        raise ValueError(
+            f"{part.name}: there is no input '{min(unknown)}' (there are: {', '.join(INPUTS)})"
+        )
+    return {name: INPUTS[name] for name in names}
 
 
 class Hearer(Protocol):

@@ -12,7 +12,7 @@ from hijack_detect.bags.reader import BagReader
 from hijack_detect.bags.samples import Rejected, read_samples
 from hijack_detect.detectors.fusion import FusionResult
 from hijack_detect.detectors.verdict import Verdict
-from hijack_detect.monitor.graph import Baselines, Monitor, MonitorParameters
+from hijack_detect.monitor.graph import Monitor, MonitorParameters
 from hijack_detect.replay.truth import TruthTrack
 from hijack_detect.spoofing.scenario import Scenario
 from hijack_detect.spoofing.spoofer import Spoofer
@@ -156,7 +156,6 @@ def run_offline(
     *,
     preset: str = "auto",
     truth: TruthTrack | None = None,
-    baselines: Baselines | None = None,
     on_sample: Callable[[Sample], None] | None = None,
     on_output: Callable[[str, Any], None] | None = None,
 ) -> OfflineRun:
@@ -168,7 +167,6 @@ def run_offline(
         scenario: Attacks to inject, if any.
         preset: Topic names, see `bags.topics`.
         truth: Where the vehicle was, for the separations of an attack that is in the bag.
-        baselines: Further detectors to run, see `Monitor`.
         on_sample: See `outputs_of`.
         on_output: See `run_samples`.
 
@@ -178,5 +176,5 @@ def run_offline(
     """
     run = OfflineRun(reader.start_ns)
     samples = spoofed_samples(reader, scenario, run, preset=preset, truth=truth)
-    monitor = Monitor(parameters, baselines)
+    monitor = Monitor(parameters)
     return run_samples(samples, monitor, run, on_sample=on_sample, on_output=on_output)

@@ -101,7 +101,7 @@ class Processes:
         self._running = {name: self._start(name) for name in names}
 
     def _start(self, name: str) -> subprocess.Popen[bytes]:
-        command = [sys.executable, "-m", f"hijack_detect.nodes.{name}", "--ros-args"]
+        command = [sys.executable, "-m", "hijack_detect.nodes", name, "--ros-args"]
         command += ["--params-file", "config/default.yaml", *self._case.arguments]
         return subprocess.Popen(
             command, cwd=ROOT, env=self._environment, stdout=self._log, stderr=subprocess.STDOUT

@@ -137,7 +137,7 @@ def main(folder: Path, document: Path, hours: float) -> None:
     rclpy.init()
     player, executor = Player(), EventsExecutor()
     executor.add_node(player)
-    command = [sys.executable, "-m", f"hijack_detect.nodes.{COMPOSED}", "--ros-args"]
+    command = [sys.executable, "-m", "hijack_detect.nodes", COMPOSED, "--ros-args"]
     for name in ("default", "replay"):
         command += ["--params-file", f"config/{name}.yaml"]
     rows: list[dict[str, Any]] = []

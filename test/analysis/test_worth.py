@@ -18,7 +18,7 @@ from hijack_detect.bags.reader import BagReader, RawMessage
 from hijack_detect.detectors.fusion import Fusion
 from hijack_detect.detectors.fusion_parameters import FusionParameters
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.monitor.graph import DETECTORS
+from hijack_detect.monitor.parts import DETECTORS, WEIGHTS
 from hijack_detect.monitor.policies import policy_parameters
 from hijack_detect.streams.samples import FixSample, ImuSample, Phase, PhaseSample, Sample
 
@@ -86,7 +86,7 @@ def test_a_vehicle_on_the_ground_is_not_judged() -> None:
 
 def test_an_alert_is_taken_back_when_its_cause_is_quiet_and_counts_again() -> None:
     """The same fusion, but for the reset: until then both are equal."""
-    kept = Fusion(FusionParameters(policy="any"), ("coast", "gnss"))
+    kept = Fusion(FusionParameters(policy="any"), {n: WEIGHTS[n] for n in ("coast", "gnss")})
     taken_back = TakenBack(FusionParameters(policy="any"))
     alerts = []
     for at_s in range(60):

@@ -21,7 +21,6 @@ from hijack_detect.cli import choices
 from hijack_detect.cli.completion import SHELLS
 from hijack_detect.cli.main import COMMANDS, main
 from hijack_detect.cli.parameter_files import BESIDE
-from hijack_detect.monitor.graph import DETECTORS
 from hijack_detect.monitor.policies import POLICIES
 from hijack_detect.recording.schema import TABLES
 from hijack_detect.simulation.plan import ROUTES
@@ -79,7 +78,6 @@ def test_offers_come_soon() -> None:
 def test_names_are_those_that_there_are() -> None:
     assert tuple(POLICIES) == choices.POLICY_NAMES
     assert tuple(BESIDE) == choices.BESIDE_NAMES
-    assert tuple(DETECTORS) == choices.DETECTOR_NAMES
     assert set(choices.TABLE_NAMES) == set(TABLES)
     assert choices.ROUTES == ROUTES
     assert set(choices.OPTIONAL_INPUTS) == set(OWN_TOPICS) - {"imu", "fix"}

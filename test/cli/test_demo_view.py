@@ -10,7 +10,7 @@ import pytest
 
 from hijack_detect.cli.demo_view import WORDS, live_view
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.monitor.graph import DETECTORS
+from hijack_detect.monitor.parts import DETECTORS
 
 
 def heard(verdicts: dict[str, list[Verdict]]) -> Any:

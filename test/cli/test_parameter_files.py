@@ -19,7 +19,8 @@ from hijack_detect.cli.parameter_files import (
     parameter_file,
 )
 from hijack_detect.monitor.graph import MonitorParameters
-from hijack_detect.monitor.policies import NODE_FIELDS, POLICIES, policy_parameters
+from hijack_detect.monitor.parts import PARTS
+from hijack_detect.monitor.policies import POLICIES, policy_parameters
 from hijack_detect.parameters import ParameterError
 
 CONFIG = ROOT / "config"
@@ -54,17 +55,16 @@ def test_the_file_gives_the_parameters_of_the_policy(policy: str) -> None:
 def test_the_file_explains_every_parameter_within_its_width(policy: str) -> None:
     text = parameter_file(policy)
     assert all(len(line) <= WIDTH for line in text.splitlines())
-    for node, name in NODE_FIELDS.items():
-        block = text.split(f"/**/{node}:")[1].split("\n\n")[0]
-        for field in dataclasses.fields(getattr(MonitorParameters(), name)):
+    for part in PARTS:
+        block = text.split(f"/**/{part.node}:")[1].split("\n\n")[0]
+        for field in dataclasses.fields(part.parameters):
             assert re.search(rf"# .*\]\n +{field.name}: ", block), field.name
 
 
 def test_some_values_are_enough(tmp_path: Path) -> None:
     path = tmp_path / "some.yaml"
     path.write_text("/**/date_detector:\n  ros__parameters: {threshold: 2}\n")
-    date = dataclasses.replace(MonitorParameters().date, threshold=2.0)
-    assert load_parameters(path) == dataclasses.replace(MonitorParameters(), date=date)
+    assert load_parameters(path) == MonitorParameters().having("date", threshold=2.0)
     path.write_text("")
     assert load_parameters(path) == MonitorParameters()
 

@@ -450,7 +450,8 @@ def test_it_judges_in_flight_only_and_the_faithful_one_always(
 
     flying = PhaseSample(0, Phase.FLYING, 0, "flies", 50.0)
     blocked = replace(flying, phase=phase, imu_rate_hz=rate_hz, imu_fault=fault)
-    hardened, faithful = CorrelationParameters(follow_s=0.0), policy_parameters("paper").correlation
+    hardened = CorrelationParameters(follow_s=0.0)
+    faithful = policy_parameters("paper").of(CorrelationParameters)
     assert {one.state for one in told(hardened, blocked)} == {State.NOT_OBSERVABLE}
     assert State.NOT_OBSERVABLE not in {one.state for one in told(hardened, flying)}
     assert told(faithful, blocked) == told(faithful, flying)

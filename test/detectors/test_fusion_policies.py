@@ -11,20 +11,23 @@ from hypothesis import strategies as st
 from hijack_detect.detectors.fusion import Fusion, FusionResult
 from hijack_detect.detectors.fusion_parameters import FusionParameters
 from hijack_detect.detectors.likelihood import (
-    ADVISORY,
-    RATIOS,
-    SOFT,
+    UNCALIBRATED,
+    LikelihoodRatio,
     RecentPeak,
+    Weight,
     odds,
     probability,
     together,
 )
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.monitor.graph import DETECTORS, heard
+from hijack_detect.monitor.parts import DETECTORS, WEIGHTS, weights
 from hijack_detect.parameters import ParameterError
 
 SECOND = 10**9
 NAMES = ("correlation", "date")
+RATIOS = {name: one.ratio for name, one in WEIGHTS.items() if one.ratio is not None}
+ADVISORY = WEIGHTS.keys() - RATIOS.keys()
+SOFT = {name for name, one in WEIGHTS.items() if not one.may_alert}
 
 
 def verdict(name: str, at_s: float, state: State, margin: float | None = None) -> Verdict:
@@ -33,8 +36,12 @@ def verdict(name: str, at_s: float, state: State, margin: float | None = None) -
     return Verdict(name, round(at_s * SECOND), state, 2.0 * margin, 2.0, f"{name} says so")
 
 
+def heard(*names: str) -> dict[str, Weight]:
+    return {name: WEIGHTS.get(name, UNCALIBRATED) for name in names}
+
+
 def fusion(policy: str = "default", **parameters: float) -> Fusion:
-    return Fusion(FusionParameters.from_mapping({"policy": policy, **parameters}), NAMES)
+    return Fusion(FusionParameters.from_mapping({"policy": policy, **parameters}), heard(*NAMES))
 
 
 def feed(one: Fusion, *verdicts: Verdict) -> list[FusionResult]:
@@ -70,7 +77,7 @@ def test_any_alerts_on_a_single_alarm(name: str) -> None:
 def test_an_alert_beside_a_poor_or_late_receiver_says_that_it_can_be_a_fault(
     values: dict[str, float], words: str
 ) -> None:
-    one = Fusion(FusionParameters(policy="any"), (*NAMES, "gnss"))
+    one = Fusion(FusionParameters(policy="any"), heard(*NAMES, "gnss"))
     beside = replace(verdict("gnss", 0, State.NORMAL), values=values)
     doubt = f"{words}: this can be a fault of the receiver" if words else ""
     result = feed(one, beside, verdict("date", 1, State.ALARM))[-1]
@@ -89,7 +96,7 @@ def test_nothing_but_an_alarm_alerts(policy: str, state: State) -> None:
 
 @pytest.mark.parametrize("name", RATIOS)
 def test_no_detector_is_certain_alone(name: str) -> None:
-    one = Fusion(FusionParameters(), [name])
+    one = Fusion(FusionParameters(), heard(name))
     for at in range(10):
         assert not feed(one, verdict(name, at, State.SUSPICIOUS, 1000.0))[-1].alert
 
@@ -230,7 +237,7 @@ ALL = (*NAMES, "kld", "coast", "drag")
 
 
 def calibrated(**parameters: float) -> Fusion:
-    return Fusion(FusionParameters.from_mapping(parameters), ALL)
+    return Fusion(FusionParameters.from_mapping(parameters), heard(*ALL))
 
 
 def alarm(name: str, at_s: float, margin: float = 3.0) -> Verdict:
@@ -241,7 +248,7 @@ def test_the_probability_is_that_of_the_likelihood_ratios() -> None:
     """Ln odds = ln prior odds + Σ ln ratios; 0.1 is a prior of 1 : 9."""
     said = [verdict(name, 1, State.NORMAL, 0.6) for name in ALL]
     result = feed(calibrated(), *said)[-1]
-    ratio = math.exp(together({name: RATIOS[name](0.6) for name in ALL}))
+    ratio = math.exp(together({name: RATIOS[name](0.6) for name in ALL}, WEIGHTS))
     assert result.confidence == pytest.approx(ratio / 9.0 / (1.0 + ratio / 9.0), rel=1e-12)
 
 
@@ -266,7 +273,7 @@ def test_default_alerts_on_a_strong_detector_alone_when_it_lasts(name: str) -> N
     ("name", "state"), [("correlation", State.NORMAL), ("drag", State.SUSPICIOUS)]
 )
 def test_default_never_alerts_on_what_has_innocent_causes(name: str, state: State) -> None:
-    one = Fusion(FusionParameters(), [name])
+    one = Fusion(FusionParameters(), heard(name))
     for at in range(100):
         result = feed(one, alarm(name, at, 50.0))[-1]
         assert not result.alert
@@ -319,6 +326,7 @@ def test_an_alert_names_a_detector_beyond_its_limit_and_nothing_else(
 def test_every_part_votes_or_is_advisory_and_none_is_both() -> None:
     assert {*DETECTORS} == {*RATIOS, *ADVISORY}
     assert not ADVISORY & RATIOS.keys()
+    assert ADVISORY <= SOFT
 
 
 @pytest.mark.parametrize("name", DETECTORS)
@@ -326,7 +334,7 @@ def test_who_votes_can_move_the_probability_and_who_cannot_never_degrades(name: 
     def quiet(at_s: float) -> list[Verdict]:
         return [verdict(other, at_s, State.NORMAL, 0.1) for other in DETECTORS if other != name]
 
-    loud, calm, silent, unready = (Fusion(FusionParameters(), DETECTORS) for _ in range(4))
+    loud, calm, silent, unready = (Fusion(FusionParameters(), WEIGHTS) for _ in range(4))
     high = feed(loud, *quiet(1), verdict(name, 1, State.ALARM, 3.0))[-1]
     low = feed(calm, *quiet(1), verdict(name, 1, State.NORMAL, 0.1))[-1]
     gone = feed(silent, *quiet(1), *quiet(9))[-1]
@@ -397,7 +405,7 @@ def test_an_alarm_that_kld_keeps_does_not_alert_again_after_a_reset() -> None:
 
 
 def test_the_paper_asks_the_papers_detectors() -> None:
-    paper = Fusion(FusionParameters(policy="paper"), ALL)
+    paper = Fusion(FusionParameters(policy="paper"), heard(*ALL))
     assert feed(paper, verdict("kld", 1, State.NORMAL, 0.9))[-1].confidence == 0.0
     result = feed(paper, alarm("kld", 1), alarm("coast", 1), verdict("date", 2, State.ALARM))[-1]
     assert not result.alert
@@ -438,11 +446,11 @@ def test_odds_and_probability_are_inverse(chance: float) -> None:
 
 
 def test_detectors_that_share_a_source_of_error_count_as_one() -> None:
-    assert together({"date": 1.0, "gnss": -0.5}) == 0.5
-    assert together({"date": 1.0, "coast": 2.0, "drag": 2.5}) == 2.5
-    assert together({"altitude": 1.0, "kld": 2.0, "drag": 2.5}) == 4.5
-    assert together({"coast": -0.1, "drag": -0.2}) == -0.1
-    assert together({}) == 0.0
+    assert together({"date": 1.0, "gnss": -0.5}, WEIGHTS) == 0.5
+    assert together({"date": 1.0, "coast": 2.0, "drag": 2.5}, WEIGHTS) == 2.5
+    assert together({"altitude": 1.0, "kld": 2.0, "drag": 2.5}, WEIGHTS) == 4.5
+    assert together({"coast": -0.1, "drag": -0.2}, WEIGHTS) == -0.1
+    assert together({}, WEIGHTS) == 0.0
 
 
 def test_a_soft_alarm_supports_an_alert_and_never_makes_one() -> None:
@@ -457,7 +465,7 @@ def test_a_soft_alarm_supports_an_alert_and_never_makes_one() -> None:
 
 def with_further(**parameters: float | str) -> Fusion:
     chosen = FusionParameters.from_mapping({"further_detectors": "own", **parameters})
-    return Fusion(chosen, (*NAMES, *chosen.further))
+    return Fusion(chosen, {**heard(*NAMES), **chosen.further})
 
 
 def test_a_further_detector_supports_an_alert_and_never_makes_one() -> None:
@@ -487,7 +495,59 @@ def test_names_that_no_topic_can_have_are_refused(names: str) -> None:
         FusionParameters(further_detectors=names)
 
 
-@pytest.mark.parametrize("name", ["coast", "fusion"])
+@pytest.mark.parametrize("name", ["coast", "fusion", "course"])
 def test_a_name_of_our_own_is_refused(name: str) -> None:
     with pytest.raises(ParameterError, match=f"'{name}'"):
-        heard(FusionParameters(further_detectors=name))
+        weights(FusionParameters(further_detectors=name))
+
+
+def test_a_further_detector_with_a_weight_makes_an_alert_of_its_own() -> None:
+    one = with_further(further_weights="own=10.0,0.6,-0.1,5.0")
+    (*_, last) = feed(one, *[verdict("own", 1 + 0.1 * k, State.ALARM, 2.0) for k in range(5)])
+    assert last.causes == ("own",)
+    ratio = math.exp(5.0) / 9.0
+    assert last.confidence == pytest.approx(ratio / (1.0 + ratio))
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "",
+        ",supports",
+        ",velocity",
+        ",carry_off,height",
+        ",supports,carry_off,velocity",
+        ",keeps_alarm",
+    ],
+)
+def test_a_weight_reads_back_what_it_writes(words: str) -> None:
+    one = Weight.from_text(f"10.0,0.6,-0.1,5.0{words}")
+    assert one.ratio == LikelihoodRatio(10.0, 0.6, -0.1, 5.0)
+    assert (one.may_alert, one.sees_carry_off) == ("supports" not in words, "carry_off" in words)
+    assert one.shares in words
+    assert one.keeps_alarm == ("keeps_alarm" in words)
+    assert Weight.from_text(one.text) == one
+
+
+def test_an_advisory_weight_never_alerts() -> None:
+    one = Weight.from_text("advisory")
+    assert (one.ratio, one.may_alert) == (None, False)
+    assert Weight.from_text(one.text) == one
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ("own=1,2,3", "it takes four numbers"),
+        ("own", "could not convert"),
+        ("own=1,0.5,-0.1,nan", "it takes four numbers"),
+        ("own=-1,0.5,-0.1,3", "SLOPE and NEUTRAL must be above 0"),
+        ("own=1,0.5,0.1,3", "0 from LOW to HIGH"),
+        ("own=1,0.5,-0.1,3,suports", "'suports'"),
+        ("own=1,0.5,-0.1,3,velocity,height", "'height'"),
+        ("other=1,0.5,-0.1,3", "'other', which 'further_detectors' has not"),
+    ],
+)
+def test_a_weight_that_cannot_be_one_is_refused(given: str, told: str) -> None:
+    with pytest.raises(ParameterError, match=f"'further_weights'.*{told}"):
+        with_further(further_weights=given)

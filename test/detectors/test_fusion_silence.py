@@ -6,6 +6,7 @@ import math
 from hijack_detect.detectors.fusion import Fusion, FusionResult
 from hijack_detect.detectors.fusion_parameters import FusionParameters
 from hijack_detect.detectors.verdict import State, Verdict
+from hijack_detect.monitor.parts import WEIGHTS
 
 SECOND = 10**9
 
@@ -17,7 +18,7 @@ def verdict(name: str, at_s: float, state: State) -> Verdict:
 
 def test_after_a_hole_it_is_stale_until_somebody_can_tell_again() -> None:
     names = ("gnss", "coast", "date")
-    one = Fusion(FusionParameters(), names)
+    one = Fusion(FusionParameters(), {name: WEIGHTS[name] for name in names})
 
     def said(at_s: float, *states: State) -> FusionResult:
         for name, state in zip(names, states, strict=True):
@@ -42,7 +43,7 @@ def test_after_a_hole_it_is_stale_until_somebody_can_tell_again() -> None:
 
 
 def test_a_vehicle_that_stands_is_not_stale_for_ever_after_a_hole() -> None:
-    one = Fusion(FusionParameters(), ("coast", "date"))
+    one = Fusion(FusionParameters(), {name: WEIGHTS[name] for name in ("coast", "date")})
     for at_s in (0.0, 4.0):
         for name in ("coast", "date"):
             one.update(name, verdict(name, at_s, State.NOT_OBSERVABLE))
@@ -51,7 +52,8 @@ def test_a_vehicle_that_stands_is_not_stale_for_ever_after_a_hole() -> None:
 
 
 def test_silence_by_the_clock_takes_no_alert_back_and_gives_none() -> None:
-    calm, alarmed = (Fusion(FusionParameters(policy="any"), ("date",)) for _ in range(2))
+    weights = {"date": WEIGHTS["date"]}
+    calm, alarmed = (Fusion(FusionParameters(policy="any"), weights) for _ in range(2))
     quiet = calm.update("date", verdict("date", 1.0, State.NORMAL)).silent(2.1)
     assert (quiet.state, quiet.alert, quiet.lost) == (State.STALE, False, ("date",))
     assert math.isnan(quiet.claim)

@@ -28,7 +28,7 @@ from hijack_detect.streams.samples import FixSample, GpsSample, SatelliteSample,
 SECOND = 10**9
 N = 10
 M_PER_DEG = 111_194.9
-FAITHFUL = policy_parameters("paper").kld
+FAITHFUL = policy_parameters("paper").of(KldParameters)
 Sample = tuple[str, GpsSample]
 
 

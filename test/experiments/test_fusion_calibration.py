@@ -7,8 +7,15 @@ import math
 
 import pytest
 
-from experiments.fusion_calibration import Piece, least_high, pieces, ratio, reliability
-from hijack_detect.detectors.likelihood import RATIOS, SOFT
+from experiments.fusion_calibration import (
+    ALERTING,
+    RATIOS,
+    Piece,
+    least_high,
+    pieces,
+    ratio,
+    reliability,
+)
 from hijack_detect.evaluation.scores.limit_records import (
     WINDOWS_S,
     AttackRecord,
@@ -68,7 +75,7 @@ def test_the_largest_word_is_the_ratio_of_the_exceedances() -> None:
     assert ratio([0.5] * 1000, attacked, 2.7).high == 2.7
 
 
-@pytest.mark.parametrize("name", sorted(RATIOS.keys() - SOFT))
+@pytest.mark.parametrize("name", sorted(ALERTING))
 def test_with_the_ratios_in_force_an_alarm_alone_is_an_alert(name: str) -> None:
     """So no other ratios change an alert, as long as they say at least so much at the limit."""
     assert RATIOS[name].high > least_high(RATIOS)

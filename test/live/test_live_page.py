@@ -11,6 +11,7 @@ import pytest
 from shown import Flown
 
 from hijack_detect.detectors.verdict import State
+from hijack_detect.monitor.parts import DETECTORS
 
 pytest.importorskip("tornado", reason="the extra live is not installed")
 
@@ -67,7 +68,7 @@ def test_every_state_is_told_in_words_with_its_cause(page: Page, flown: Flown) -
     expect(page.locator("#probability")).to_have_text("0.90")
     expect(page.locator("#since")).to_have_text("0:24 (0 s)")
     rows = page.locator("#detectors tr")
-    expect(rows).to_have_count(8)
+    expect(rows).to_have_count(len(DETECTORS))
     expect(rows.nth(3)).to_contain_text("coast")
     expect(rows.nth(3)).to_contain_text("alarm")
     expect(rows.nth(3)).to_contain_text("5.00")

@@ -25,7 +25,7 @@ from live import (
 )
 from ros import ROOT, Graph
 
-from hijack_detect.monitor.graph import DETECTORS
+from hijack_detect.monitor.parts import DETECTORS
 from hijack_detect.nodes import COMPOSED, MONITOR
 
 FLIGHTS = ROOT / ".." / "shared" / "flights"

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import pytest
 
+from hijack_detect.detectors.correlation_parameters import CorrelationParameters
 from hijack_detect.monitor.graph import MonitorParameters
 from hijack_detect.monitor.policies import from_nodes, policy_parameters
 from hijack_detect.parameters import ParameterError
@@ -13,7 +14,7 @@ from hijack_detect.parameters import ParameterError
 def test_the_default_policy_is_the_defaults() -> None:
     assert policy_parameters("default") == MonitorParameters()
     assert policy_parameters("paper") != MonitorParameters()
-    assert policy_parameters("paper").correlation.epsilon == 0.85
+    assert policy_parameters("paper").of(CorrelationParameters).epsilon == 0.85
 
 
 def test_an_unknown_policy_or_node_is_refused_and_the_known_ones_are_listed() -> None:

@@ -314,7 +314,7 @@ def test_bad_input_ends_with_two_and_a_line(
 
 
 def test_help(graph: Graph) -> None:
-    node = graph.run("hijack_detect.nodes.bag_replay", "--help")
+    node = graph.run("hijack_detect.nodes", "bag_replay", "--help")
     assert node.wait() == 0
     assert "~/step publishes one message" in node.output
     node.close()

@@ -24,15 +24,15 @@ from ros import KEEP_ALL, Graph, Listener, RosProcess
 from std_msgs.msg import Bool, Float64
 from std_srvs.srv import Trigger
 
-from hijack_detect.detectors.likelihood import ADVISORY, CARRY_OFF
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.monitor.graph import DETECTORS
+from hijack_detect.monitor.parts import DETECTORS, WEIGHTS
 from hijack_detect.nodes.messages import verdict_message
 from hijack_detect.nodes.qos import ALERT, ALERT_LEASE_S, STATE
 
 START_NS = 1_700_000_000 * SECOND
 STEP_NS = SECOND // 5
 NOW = Duration(nanoseconds=0)
+VOTING = [name for name, one in WEIGHTS.items() if one.ratio is not None]
 
 
 class Monitored:
@@ -242,12 +242,14 @@ def test_when_nothing_comes_it_says_so_and_until_a_detector_can_tell_again(graph
     graph.spin_until(lambda: len(monitored.verdict.messages) > heard, "it once more")
     last = monitored.verdict.messages[-1]
     assert values_of(last)["alert"] == "false"
-    assert values_of(last)["degraded"].split() == [n for n in DETECTORS if n not in ADVISORY]
+    assert values_of(last)["degraded"].split() == VOTING
     assert float(values_of(last)["silent_s"]) > 2.0
 
     monitored.hole(4.0)
     began = len(monitored.verdict.messages)
-    unready = dict.fromkeys(CARRY_OFF, State.NOT_READY)
+    unready = dict.fromkeys(
+        (name for name, one in WEIGHTS.items() if one.sees_carry_off), State.NOT_READY
+    )
     monitored.say(3.0, answered=False, **unready)  # the first second after a gap is left out
     graph.spin_until(lambda: len(monitored.verdict.messages) > began + 20, "answers")
     graph.spin_until_quiet()
@@ -271,7 +273,7 @@ def test_an_alert_stays_when_nothing_comes_any_more(graph: Graph) -> None:
     assert runs(monitored.alert) == [False, True]
 
 
-@pytest.mark.parametrize("silent", [name for name in DETECTORS if name not in ADVISORY])
+@pytest.mark.parametrize("silent", VOTING)
 def test_a_missing_detector_never_reads_as_normal(graph: Graph, silent: str) -> None:
     monitored = Monitored(graph, silent)
     monitored.say(8.0)

@@ -18,10 +18,10 @@ from rcl_interfaces.srv import (
 from rclpy.parameter import Parameter
 from ros import ROOT, Graph, RosProcess
 
-from hijack_detect.monitor.graph import MonitorParameters
-from hijack_detect.monitor.policies import NODE_FIELDS
+from hijack_detect.monitor.parts import PARTS
 from hijack_detect.nodes import COMPOSED, NODES
 from hijack_detect.nodes.running import EXIT_BAD_INPUT
+from hijack_detect.nodes.wiring import inputs_of
 from hijack_detect.parameters import Parameters
 
 FLOATS = {
@@ -41,9 +41,7 @@ FIXED = ("attitude_estimator", "fusion")
 
 
 def declared(node: str) -> Parameters:
-    parameters = getattr(MonitorParameters(), NODE_FIELDS[node])
-    assert isinstance(parameters, Parameters)
-    return parameters
+    return next(part.parameters for part in PARTS if part.node == node)()
 
 
 def refused(process: RosProcess) -> str:
@@ -178,9 +176,17 @@ def test_help_says_what_each_node_does(graph: Graph) -> None:
     started = {node: graph.start(node, "--help") for node in NODES}
     for node, process in started.items():
         assert process.wait() == 0, process.output
-        for word in TOPICS[node]:
+        for word in TOPICS.get(node) or own_topics(node):
             assert word in process.output
         assert "--params-file" in process.output
+
+
+def own_topics(node: str) -> list[str]:
+    """Topics of the detectors whose nodes are made from their rows alone."""
+    part = next(part for part in PARTS if part.node == node)
+    inputs = [one.topic for one in inputs_of(part).values()]
+    figures = ("verdict", "hijacked", "margin", *part.figures)
+    return [*inputs, *(f"{part.name}/{figure}" for figure in figures)]
 
 
 TOPICS = {

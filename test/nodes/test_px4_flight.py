@@ -18,7 +18,8 @@ from sensor_msgs.msg import NavSatFix
 from test_security import allowed, held
 
 from hijack_detect.bags.reader import BagReader
-from hijack_detect.monitor.graph import DETECTORS, Monitor
+from hijack_detect.monitor.graph import Monitor
+from hijack_detect.monitor.parts import DETECTORS
 from hijack_detect.monitor.policies import policy_parameters
 from hijack_detect.nodes.messages import verdict_message
 from hijack_detect.replay.offline import (

@@ -6,7 +6,7 @@ from __future__ import annotations
 import json
 import re
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 from xml.etree import ElementTree as ET
 
@@ -16,9 +16,10 @@ from ros import ROOT, Graph
 
 from hijack_detect.detectors.fusion import FusionResult
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.monitor.graph import DETECTORS
+from hijack_detect.monitor.parts import DETECTORS
 from hijack_detect.nodes.message_types import message_class
 from hijack_detect.nodes.messages import fusion_message, verdict_message
+from tools import layouts
 
 FOXGLOVE: dict[str, Any] = json.loads((ROOT / "config/foxglove_layout.json").read_text())
 PLOTJUGGLER = ET.parse(ROOT / "config/plotjuggler_layout.xml").getroot()
@@ -109,6 +110,18 @@ def test_margins_have_a_limit_and_all_detectors_live_and_in_a_bag() -> None:
     assert {f"/{name}/verdict/{name}/margin" for name in DETECTORS} <= set(curves)
     told = {rule["rawValue"] for rule in PANELS["Indicator!state"]["rules"]}
     assert told == {state.value for state in State}
+
+
+@pytest.mark.parametrize(
+    ("name", "made"),
+    [(layouts.FOXGLOVE, layouts.foxglove), (layouts.PLOTJUGGLER, layouts.plotjuggler)],
+)
+def test_the_detectors_in_it_are_those_of_the_registry(
+    name: str, made: Callable[[str], str]
+) -> None:
+    text = (ROOT / "config" / name).read_text(encoding="utf-8")
+    assert made(text) == text
+    assert made(text.replace("correlation", "another")) == text
 
 
 def test_every_key_of_a_verdict_that_a_layout_names_is_in_it() -> None:

@@ -27,6 +27,7 @@ from hijack_detect.analysis.report.style import (
     over_time,
 )
 from hijack_detect.detectors.verdict import State
+from hijack_detect.estimation.course import CourseParameters
 
 MOST_PLACES = 4000
 """Points of a track."""
@@ -200,7 +201,8 @@ def quality_panels(done: Analysed, recorded: Recording) -> Iterator[Panel]:
     duration_s = done.analysis.duration_s
     figure = over_time(duration_s, 200)
     add_curve(figure, recorded.speed, "speed", BLUE, " m/s")
-    add_limit(figure, done.parameters.course.min_speed, "no course below", below=False)
+    slowest = done.parameters.of(CourseParameters).min_speed
+    add_limit(figure, slowest, "no course below", below=False)
     figure.update_yaxes(rangemode="tozero")
     figure.update_layout(showlegend=False)
     yield Panel("speed", "GPS: speed over ground (m/s)", "As reported.", figure)

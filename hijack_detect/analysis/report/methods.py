@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 
 from hijack_detect.analysis.analyse import Analysed
@@ -22,10 +24,12 @@ from hijack_detect.analysis.report.style import (
 )
 from hijack_detect.analysis.report.trace import MARGIN
 from hijack_detect.analysis.report.verdict_curves import (
+    MakePanel,
     add_limit_in_force,
     against_thresholds,
 )
-from hijack_detect.detectors.kld_parameters import NAMES
+from hijack_detect.detectors.correlation_parameters import CorrelationParameters
+from hijack_detect.detectors.kld_parameters import NAMES, KldParameters
 
 
 def margins_panel(done: Analysed, recorded: Recording) -> Panel:
@@ -34,19 +38,19 @@ def margins_panel(done: Analysed, recorded: Recording) -> Panel:
     figure, logarithmic = against_thresholds(done, curves, 270)
     title = "Margins: score over threshold" + logarithmic
     note = "Above 1 a detector calls the GPS spoofed. Gaps are times in which it cannot tell."
-    return Panel("margins", title, note, figure)
+    return Panel("margins", title, note, figure, detectors=tuple(curves))
 
 
-def statistics_panel(done: Analysed, recorded: Recording) -> Panel:
+def statistics_panel(done: Analysed, recorded: Recording, name: str) -> Panel:
     """Divergence of each parameter of the GPS, over its threshold."""
-    kld = done.parameters.kld
+    kld = done.parameters.of(KldParameters)
     curves = {}
-    for name in NAMES:
+    for value in NAMES:
         forward, backward = (
-            recorded.said("kld", f"{name}.{way}") for way in ("forward", "backward")
+            recorded.said(name, f"{value}.{way}") for way in ("forward", "backward")
         )
-        total = (forward.value + backward.value) / kld.threshold(name)
-        curves[name] = Curve(forward.time_s, total)
+        total = (forward.value + backward.value) / kld.threshold(value)
+        curves[value] = Curve(forward.time_s, total)
     figure, logarithmic = against_thresholds(done, curves, 240)
     title = "GPS statistics: Kullback–Leibler divergence over threshold" + logarithmic
     needed = "One parameter above 1 is" if kld.quorum == 1 else f"{kld.quorum} above 1 at once are"
@@ -54,7 +58,7 @@ def statistics_panel(done: Analysed, recorded: Recording) -> Panel:
     return Panel("statistics", title, note, figure)
 
 
-def angles_panel(done: Analysed, recorded: Recording) -> Panel:
+def angles_panel(done: Analysed, recorded: Recording, _: str) -> Panel:
     """Yaw and course."""
     figure = over_time(done.analysis.duration_s)
     cut = emptiest_direction(np.concatenate([recorded.yaw.value, recorded.course.value]))
@@ -70,28 +74,30 @@ def angles_panel(done: Analysed, recorded: Recording) -> Panel:
     return Panel("angles", "Yaw against course (°)", note, figure)
 
 
-def rho_panel(done: Analysed, recorded: Recording) -> Panel:
+def rho_panel(done: Analysed, recorded: Recording, name: str) -> Panel:
     """Correlation of yaw and course."""
     figure = over_time(done.analysis.duration_s, 220)
-    curve = recorded.said("correlation", "coefficient")
+    curve = recorded.said(name, "coefficient")
     add_curve(figure, curve, "ρ", BLUE, "")
-    add_limit(figure, done.parameters.correlation.epsilon, "ε: turn together above", below=True)
+    epsilon = done.parameters.of(CorrelationParameters).epsilon
+    add_limit(figure, epsilon, "ε: turn together above", below=True)
     figure.update_yaxes(range=[-1.08, 1.08], tickvals=[-1, -0.5, 0, 0.5, 1])
     figure.update_layout(showlegend=False)
     note = "Do yaw and course turn together? On a straight line there is no turn, and no ρ."
     return Panel("rho", "Correlation ρ of yaw and course", note, figure)
 
 
-def difference_panel(done: Analysed, recorded: Recording) -> Panel:
+def difference_panel(done: Analysed, recorded: Recording, name: str) -> Panel:
     """Difference of the mean directions, with and without the crab angle."""
     figure = over_time(done.analysis.duration_s)
-    mean, crab = (recorded.said("correlation", key) for key in ("mean_difference", "crab_angle"))
+    mean, crab = (recorded.said(name, key) for key in ("mean_difference", "crab_angle"))
     raw = Curve(mean.time_s, np.degrees(mean.value))
     judged = Curve(mean.time_s, (np.degrees(mean.value - crab.value) + 180.0) % 360.0 - 180.0)
     add_curve(figure, raw, "course − yaw", GREY, "°", width=1.2)
-    if done.parameters.correlation.follow_s > 0.0:
+    chosen = done.parameters.of(CorrelationParameters)
+    if chosen.follow_s > 0.0:
         add_curve(figure, judged, "without the usual crab angle (judged)", BLUE, "°")
-    mu = done.parameters.correlation.mu_deg
+    mu = chosen.mu_deg
     add_limit(figure, mu, f"μ {mu:g}°")
     add_limit(figure, -mu, f"−μ {mu:g}°", below=True)
     most = max(1.5 * mu, float(np.nanmax(np.abs([raw.value, judged.value]), initial=0.0)) * 1.08)
@@ -100,14 +106,22 @@ def difference_panel(done: Analysed, recorded: Recording) -> Panel:
     return Panel("difference", "Δavg: mean course minus mean yaw (°)", note, figure)
 
 
-def acceleration_panel(done: Analysed, recorded: Recording) -> Panel:
+def acceleration_panel(done: Analysed, recorded: Recording, name: str) -> Panel:
     """Difference of acceleration, GPS minus accelerometer."""
     figure = over_time(done.analysis.duration_s)
-    ax, ay = (recorded.said("date", key) for key in ("delta_ax", "delta_ay"))
+    ax, ay = (recorded.said(name, key) for key in ("delta_ax", "delta_ay"))
     add_curve(figure, ax, "Δax (forward)", ORANGE, " m/s²", width=1.1)
     add_curve(figure, ay, "Δay (left)", TEAL, " m/s²", width=1.1)
     size = Curve(ax.time_s, np.hypot(ax.value, ay.value))
     add_curve(figure, size, "Δa (horizontal)", INK, " m/s²", width=1.9)
-    add_limit_in_force(figure, recorded, "date", " m/s²")
+    add_limit_in_force(figure, recorded, name, " m/s²")
     note = "Does the acceleration of the GPS agree with what the accelerometer feels?"
     return Panel("acceleration", "Δa: GPS minus accelerometer (m/s²)", note, figure)
+
+
+PANELS: Mapping[str, Sequence[MakePanel]] = {
+    "correlation": (angles_panel, rho_panel, difference_panel),
+    "date": (acceleration_panel,),
+    "kld": (statistics_panel,),
+}
+"""Figures by detector, see `consistency.PANELS`."""

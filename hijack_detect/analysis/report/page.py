@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from html import escape
 from pathlib import Path
 
@@ -11,14 +12,7 @@ from plotly.offline import get_plotlyjs
 
 from hijack_detect import __version__
 from hijack_detect.analysis.analyse import Analysed
-from hijack_detect.analysis.report import tables
-from hijack_detect.analysis.report.consistency import (
-    altitude_panel,
-    checks_panel,
-    coast_panel,
-    drag_panel,
-    heading_panel,
-)
+from hijack_detect.analysis.report import consistency, methods, tables
 from hijack_detect.analysis.report.events import events
 from hijack_detect.analysis.report.flight import (
     WORDS,
@@ -28,14 +22,6 @@ from hijack_detect.analysis.report.flight import (
     quality_panels,
     states_panel,
     track_panel,
-)
-from hijack_detect.analysis.report.methods import (
-    acceleration_panel,
-    angles_panel,
-    difference_panel,
-    margins_panel,
-    rho_panel,
-    statistics_panel,
 )
 from hijack_detect.analysis.report.recording import Recording
 from hijack_detect.analysis.report.style import (
@@ -47,9 +33,9 @@ from hijack_detect.analysis.report.style import (
     say_if_empty,
 )
 from hijack_detect.analysis.report.template import CSS, PAGE, SCRIPT
+from hijack_detect.analysis.report.verdict_curves import score_panel
 from hijack_detect.analysis.sentence import CLEAN, OPEN, SPOOFED, found
 from hijack_detect.detectors.verdict import State
-from hijack_detect.monitor.graph import DETECTORS
 
 MOST_EVENTS = 200
 CONFIG = {
@@ -64,20 +50,6 @@ FOOTER = (
     "message. No alert is no proof that the GPS was honest: see what each detector cannot see."
 )
 MOODS = {SPOOFED: "bad", CLEAN: "good", OPEN: "open"}
-DETECTORS_OF = {
-    "margins": DETECTORS,
-    "rho": ("correlation",),
-    "angles": ("correlation",),
-    "difference": ("correlation",),
-    "acceleration": ("date",),
-    "statistics": ("kld",),
-    "coast": ("coast",),
-    "checks": ("gnss",),
-    "altitude": ("altitude",),
-    "heading": ("heading",),
-    "drag": ("drag",),
-}
-"""Whose alarms are shaded in which figure."""
 
 
 def write_page(folder: Path, done: Analysed, recorded: Recording) -> Path:
@@ -129,18 +101,11 @@ def page(done: Analysed, panels: Sequence[Panel]) -> str:
 def _panels(done: Analysed, recorded: Recording) -> Iterator[Panel | None]:
     yield track_panel(done, recorded)
     yield states_panel(done)
-    yield margins_panel(done, recorded)
+    yield methods.margins_panel(done, recorded)
     yield deviation_panel(done)
-    yield angles_panel(done, recorded)
-    yield rho_panel(done, recorded)
-    yield difference_panel(done, recorded)
-    yield acceleration_panel(done, recorded)
-    yield statistics_panel(done, recorded)
-    yield coast_panel(done, recorded)
-    yield checks_panel(done, recorded)
-    yield altitude_panel(done, recorded)
-    yield heading_panel(done, recorded)
-    yield drag_panel(done, recorded)
+    for name in done.analysis.detectors:
+        for make in {**methods.PANELS, **consistency.PANELS}.get(name, (score_panel,)):
+            yield replace(make(done, recorded, name), detectors=(name,))
     yield from quality_panels(done, recorded)
 
 
@@ -148,9 +113,9 @@ def _shade(panel: Panel, done: Analysed) -> None:
     """Attack and alarms behind the curves, and the alert as a line."""
     add_bands(panel.figure, attack_bands(done), ATTACK_BAND)
     said = done.analysis.detectors
-    for name in DETECTORS_OF.get(panel.name, ()):
-        alarms = said[name].alarms if name in said else ()
-        add_bands(panel.figure, [(one.start_s, one.end_s) for one in alarms], ALARM_BAND)
+    for name in panel.detectors:
+        bands = [(one.start_s, one.end_s) for one in said[name].alarms]
+        add_bands(panel.figure, bands, ALARM_BAND)
     for start, _ in alert_bands(done):
         add_alert(panel.figure, start)
 

@@ -38,7 +38,8 @@ LEFT_PX = 82
 class Panel:
     """One figure with its heading.
 
-    `note` says in a sentence or two what is to be seen. `timed` figures share their time axis.
+    `note` says in a sentence or two what is to be seen. `timed` figures share their time axis. The
+    alarms of `detectors` are shaded.
     """
 
     name: str
@@ -46,6 +47,7 @@ class Panel:
     note: str
     figure: Any
     timed: bool = True
+    detectors: tuple[str, ...] = ()
 
 
 def blank(height: int) -> Any:

@@ -4,9 +4,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from itertools import cycle
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import plotly.graph_objects as go
@@ -16,13 +16,17 @@ from hijack_detect.analysis.report.curve import Curve
 from hijack_detect.analysis.report.recording import Recording
 from hijack_detect.analysis.report.style import (
     ALERT,
+    BLUE,
     DETECTOR_COLOURS,
+    Panel,
     add_curve,
     add_limit,
     over_time,
 )
-from hijack_detect.analysis.report.trace import THRESHOLD
+from hijack_detect.analysis.report.trace import SCORE, THRESHOLD
 
+MakePanel: TypeAlias = Callable[[Analysed, Recording, str], Panel]
+"""Makes a figure of a detector, by its name."""
 MOST_LINEAR = 4.0
 """Larger margins are drawn on a logarithmic axis, so that 1 stays visible."""
 LIMIT_LINE = {"dash": "dash", "width": 1.2}
@@ -54,3 +58,13 @@ def add_limit_in_force(figure: Any, recorded: Recording, detector: str, unit: st
     """Draw the threshold of each verdict: it follows noise and weather."""
     curve = recorded.said(detector, THRESHOLD)
     add_curve(figure, curve, "limit", ALERT, unit, **LIMIT_LINE)
+
+
+def score_panel(done: Analysed, recorded: Recording, name: str) -> Panel:
+    """Score of a detector, and the limit in force."""
+    figure = over_time(done.analysis.duration_s, 220)
+    add_curve(figure, recorded.said(name, SCORE), "score", BLUE, "")
+    add_limit_in_force(figure, recorded, name, "")
+    figure.update_yaxes(rangemode="tozero")
+    note = next(part.question for part in done.parameters.parts if part.name == name)
+    return Panel(name, f"{name}: score and limit", note, figure)

@@ -12,13 +12,13 @@ from hijack_detect.analysis.account import Account
 from hijack_detect.analysis.log_clock import LogClock
 from hijack_detect.evaluation.scores.forged import ForgedData
 from hijack_detect.evaluation.scores.forging_time import ForgingTime, forging_times
-from hijack_detect.evaluation.scores.methods import BASELINES, FAITHFUL_KLD, judge_case
+from hijack_detect.evaluation.scores.methods import judge_case, with_baselines
 from hijack_detect.evaluation.scores.metrics import FlightOutcome, MethodSummary, summarise
 from hijack_detect.evaluation.scores.model import Model
 from hijack_detect.evaluation.scores.watch import FlightWatch, GroupWatch, watch
 from hijack_detect.evaluation.trials.cases import BagCase, Case, class_of
 from hijack_detect.evaluation.trials.parallel import HERE, Failure, Pool, map_cases
-from hijack_detect.monitor.graph import DETECTORS, MonitorParameters
+from hijack_detect.monitor.graph import MonitorParameters
 from hijack_detect.streams.samples import NANOSECONDS, Sample
 
 FAULT = "natural_fault"
@@ -74,18 +74,16 @@ def run_case(parameters: MonitorParameters, case: Case, *, forging: bool = False
         ValueError: The flight cannot be read or made; the text names it.
     """
     data = ForgedData()
-    baselines = {**BASELINES, **FAITHFUL_KLD} if forging else BASELINES
+    parameters = with_baselines(parameters, published_kld=forging)
     clock = LogClock()
-    account = Account((*DETECTORS, *baselines), parameters.fusion, 0, clock)
+    account = Account(parameters.detectors, parameters.fusion, 0, clock)
 
     def take(sample: Sample) -> None:
         account.take(sample)
         if forging:
             data.add(sample)
 
-    done = case.run(
-        parameters, baselines=baselines, on_sample=take, on_output=account.hear, clock=clock
-    )
+    done = case.run(parameters, on_sample=take, on_output=account.hear, clock=clock)
     attack, start_ns = done.attack, done.run.start_ns
     kind = class_of(case, attack)
 

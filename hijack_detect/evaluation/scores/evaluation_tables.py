@@ -7,8 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from hijack_detect.evaluation.scores.evaluate import Evaluation
-from hijack_detect.evaluation.scores.methods import MethodOutcome
+from hijack_detect.evaluation.scores.methods import BASELINE, PUBLISHED_KLD, MethodOutcome
 from hijack_detect.evaluation.scores.metrics import MethodSummary, Proportion, Rate, Spread
+from hijack_detect.monitor.parts import PARTS, PUBLISHED
 
 NONE = "–"
 MAX_COLUMNS = 6
@@ -42,17 +43,9 @@ DEFINITIONS = {
 """What the figures mean."""
 
 EXPLAINED = {
-    "ins_position": "dead-reckoned position against GPS (Feng 2018, §3.3), a baseline",
-    "correlation": "gyroscope yaw against GPS course (Feng 2018, §4)",
-    "date": "acceleration from GPS against the accelerometer (DATE'17)",
-    "kld": "Kullback-Leibler statistics of the GPS (Basan 2022)",
-    "coast": "an acceleration of the GPS, since any onset, that the IMU did not feel",
-    "gnss": "the GPS against itself: jumps, freezes, impossible motion, stamps",
-    "altitude": "GPS height against the barometer and the vertical specific force",
-    "heading": "headings of gyroscope, compass and GPS against each other",
-    "drag": "the wind that the GPS velocity needs, by the drag of the vehicle",
-    "kld_faithful": "KLD as published",
-    "both": "correlation and date have both alarmed (Feng 2018, §5)",
+    **{part.name: part.asks for part in (BASELINE, *PARTS) if part.asks},
+    PUBLISHED_KLD.name: "KLD as published",
+    "both": f"{' and '.join(PUBLISHED)} have both alarmed (Feng 2018, §5)",
     "fusion": "the monitor's alert",
 }
 """What the methods are."""

@@ -8,35 +8,34 @@ detector that the monitor gains is a method without further ado.
 
 from __future__ import annotations
 
+import dataclasses
 import enum
 import heapq
 import itertools
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 import numpy.typing as npt
 
 from hijack_detect.detectors.fusion import Fusion, FusionResult
 from hijack_detect.detectors.fusion_parameters import FusionParameters
-from hijack_detect.detectors.ins_position import InsPosition, InsPositionParameters
+from hijack_detect.detectors.ins_position import InsPosition
 from hijack_detect.detectors.kld import KldDetector
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.evaluation.scores.model import Model
 from hijack_detect.evaluation.trials.cases import CaseRun
-from hijack_detect.monitor.graph import DETECTORS, Baselines
+from hijack_detect.monitor.graph import MonitorParameters
+from hijack_detect.monitor.parts import DETECTORS, PUBLISHED, WEIGHTS, own_part
 from hijack_detect.monitor.policies import policy_parameters
 from hijack_detect.replay.offline import OfflineRun
 from hijack_detect.replay.outcome import Attack, alert_is_right
 from hijack_detect.streams.samples import NANOSECONDS
 
-BASELINES: Baselines = {InsPosition.NAME: partial(InsPosition, InsPositionParameters())}
-"""Methods to compare with that no node runs."""
-FAITHFUL_KLD: Baselines = {"kld_faithful": partial(KldDetector, policy_parameters("paper").kld)}
+BASELINE = own_part(InsPosition)
+"""A method to compare with that no node runs."""
+PUBLISHED_KLD = dataclasses.replace(own_part(KldDetector), name="kld_faithful")
 """The published KLD beside the hardened one, for Basan's experiment."""
-PAIR = ("correlation", "date")
-"""The methods that `both` consists of."""
 PAPER = FusionParameters(policy="paper")
 """How `both` decides."""
 
@@ -125,7 +124,7 @@ def judge_case(
     """
     outcomes = {name: judge(case, trace) for name, trace in traces(case.run).items()}
     found = _found_after_reset(case, parameters or FusionParameters())
-    found["both"]["score"] = min(outcomes[name].score for name in PAIR)
+    found["both"]["score"] = min(outcomes[name].score for name in PUBLISHED)
     return {
         name: outcome.model_copy(update=found.get(name, {})) for name, outcome in outcomes.items()
     }
@@ -140,7 +139,7 @@ def _found_after_reset(
     if attack is not None:
         later = {name: _since(one, attack.onset_ns) for name, one in case.run.verdicts.items()}
         for name, results in (
-            ("both", fused(later, PAPER, PAIR)),
+            ("both", fused(later, PAPER, PUBLISHED)),
             ("fusion", fused(later, parameters, DETECTORS)),
         ):
             found[name]["found_s"] = _found_s(_alert_trace(results), attack)
@@ -182,12 +181,20 @@ def judge(case: CaseRun, trace: Trace) -> MethodOutcome:
     )
 
 
+def with_baselines(parameters: MonitorParameters, *, published_kld: bool) -> MonitorParameters:
+    """Parameters of a monitor that runs the methods to compare with too."""
+    if not published_kld:
+        return parameters.adding([BASELINE])
+    paper = policy_parameters("paper")[KldDetector.NAME]
+    return parameters.adding([BASELINE, PUBLISHED_KLD], {PUBLISHED_KLD.name: paper})
+
+
 def traces(run: OfflineRun) -> dict[str, Trace]:
     """What every method said, by its name, the simplest first."""
     found = {name: _verdict_trace(verdicts) for name, verdicts in run.verdicts.items()}
-    baselines = [name for name in found if name in {**BASELINES, **FAITHFUL_KLD}]
-    order = dict.fromkeys((*baselines, *PAIR, "both", *found, "fusion"))
-    found["both"] = _alert_trace(fused(run.verdicts, PAPER, PAIR))
+    baselines = [name for name in found if name in {BASELINE.name, PUBLISHED_KLD.name}]
+    order = dict.fromkeys((*baselines, *PUBLISHED, "both", *found, "fusion"))
+    found["both"] = _alert_trace(fused(run.verdicts, PAPER, PUBLISHED))
     found["fusion"] = _alert_trace(run.results)
     return {name: found[name] for name in order}
 
@@ -196,7 +203,7 @@ def fused(
     verdicts: Mapping[str, Sequence[Verdict]], parameters: FusionParameters, names: Sequence[str]
 ) -> list[FusionResult]:
     """What a fusion says of the verdicts of the named detectors."""
-    fusion = Fusion(parameters, names)
+    fusion = Fusion(parameters, {name: WEIGHTS[name] for name in names})
     streams = ([(name, verdict) for verdict in verdicts[name]] for name in names)
     merged = heapq.merge(*streams, key=lambda entry: entry[1].stamp_ns)
     return [fusion.update(name, verdict) for name, verdict in merged]

@@ -9,7 +9,7 @@ from hijack_detect.evaluation.scores.evaluate import Evaluation
 from hijack_detect.evaluation.scores.evaluation_tables import NONE, TextTable
 from hijack_detect.evaluation.scores.metrics import FlightOutcome
 from hijack_detect.evaluation.scores.watch import FlightWatch, GroupWatch, RateInterval
-from hijack_detect.monitor.graph import DETECTORS
+from hijack_detect.monitor.parts import DETECTORS, WEIGHTS
 
 EXPLAINED = {
     "Alerts/h at risk": "Flights with a false alert, per hour in the air in which an alert was "
@@ -18,7 +18,8 @@ EXPLAINED = {
     "the ground counts, the time there does not. Exact two-sided 95 % interval of a Poisson rate.",
     "All alarms/h": "The same of all alerts, if each is taken back once no cause of it has been "
     "suspicious or in alarm for `together_s`.",
-    "Could tell": "Share of the time at risk. “Carry-off”: at least one of coast, date and drag.",
+    "Could tell": "Share of the time at risk. “Carry-off”: at least one of "
+    f"{', '.join(name for name, one in WEIGHTS.items() if one.sees_carry_off)}.",
     "Not judged": "Flights in which none of them could tell in the air.",
 }
 """What the columns mean."""

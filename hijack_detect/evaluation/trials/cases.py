@@ -13,7 +13,7 @@ from typing import Any, Protocol
 from hijack_detect.analysis.log_clock import LogClock
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.logs.formats import as_bag
-from hijack_detect.monitor.graph import Baselines, Monitor, MonitorParameters
+from hijack_detect.monitor.graph import Monitor, MonitorParameters
 from hijack_detect.replay.offline import OfflineRun, run_offline, run_samples
 from hijack_detect.replay.outcome import Attack
 from hijack_detect.replay.truth import attack_times, known_attack, truth_track
@@ -72,7 +72,6 @@ class Case(Protocol):
         self,
         parameters: MonitorParameters,
         *,
-        baselines: Baselines | None = None,
         on_sample: OnSample | None = None,
         on_output: OnOutput | None = None,
         clock: LogClock | None = None,
@@ -81,7 +80,6 @@ class Case(Protocol):
 
         Args:
             parameters: Parameters of every part.
-            baselines: Further detectors, see `Monitor`.
             on_sample: Called with every sample.
             on_output: Called with part and output of everything that any part puts out.
             clock: Takes every sample of a log before the others do; the stamps of a simulated
@@ -173,7 +171,6 @@ class BagCase:
         self,
         parameters: MonitorParameters,
         *,
-        baselines: Baselines | None = None,
         on_sample: OnSample | None = None,
         on_output: OnOutput | None = None,
         clock: LogClock | None = None,
@@ -195,7 +192,6 @@ class BagCase:
                 parameters,
                 self.scenario,
                 truth=truth_track(reader) if self.scenario is None else None,
-                baselines=baselines,
                 on_sample=take,
                 on_output=on_output,
             )
@@ -221,7 +217,6 @@ class SimulatedCase:
         self,
         parameters: MonitorParameters,
         *,
-        baselines: Baselines | None = None,
         on_sample: OnSample | None = None,
         on_output: OnOutput | None = None,
         clock: LogClock | None = None,
@@ -235,7 +230,7 @@ class SimulatedCase:
             (reported.stamp_ns, separation_m(measured, reported))
             for measured, reported in zip(flight.measured_fixes, flight.fixes, strict=True)
         ]
-        monitor = Monitor(parameters, baselines)
+        monitor = Monitor(parameters)
         run_samples(flight_samples(flight), monitor, run, on_sample=on_sample, on_output=on_output)
         attack = None if scenario is None else attack_times(scenario, start_ns)
         return CaseRun(run, attack, start_ns + round(self.plan.duration_s * NANOSECONDS))

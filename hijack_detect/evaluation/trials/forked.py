@@ -16,7 +16,7 @@ from typing import Any, Generic, Protocol, TypeVar
 
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.bags.samples import Rejected, read_samples
-from hijack_detect.monitor.graph import Baselines, Monitor, MonitorParameters
+from hijack_detect.monitor.graph import Monitor, MonitorParameters
 from hijack_detect.replay.offline import OfflineRun, run_samples
 from hijack_detect.spoofing.scenario import Scenario
 from hijack_detect.spoofing.spoofer import Spoofer
@@ -57,7 +57,6 @@ def run_forked(
     parameters: MonitorParameters,
     *,
     horizon_s: float = HORIZON_S,
-    baselines: Baselines | None = None,
     on_clean: Callable[[str, Any], None] | None = None,
 ) -> Iterator[tuple[A, OfflineRun]]:
     """Run every attack from its onset on.
@@ -71,7 +70,6 @@ def run_forked(
         attacks: The attacks, in any order.
         parameters: Parameters of every part of the monitor.
         horizon_s: How long after its onset an attack is followed, seconds.
-        baselines: Further detectors to run, see `Monitor`.
         on_clean: Called with part and output of all that the monitor says of the clean flight.
             It is up to a horizon ahead of the runs.
 
@@ -91,7 +89,7 @@ def run_forked(
             sorted(attacks, key=lambda one: one.onset_s), key=lambda one: one.onset_s
         )
     ]
-    monitor, followed = Monitor(parameters, baselines), list[_Onset[A]]()
+    monitor, followed = Monitor(parameters), list[_Onset[A]]()
     for name, sample in read_samples(reader, reader.inputs(), on_rejected=Rejected().add):
         if isinstance(sample, GPS):
             while onsets and sample.stamp_ns >= onsets[0].onset_ns:

@@ -3,21 +3,17 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
-from hijack_detect.detectors.correlation import CorrelationDetector
-from hijack_detect.detectors.date import DateDetector
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.evaluation.scores.metrics import Proportion
 from hijack_detect.evaluation.trials.cases import HIJACKED, Case, class_of
 from hijack_detect.evaluation.trials.parallel import HERE, Failure, Pool, map_cases
 from hijack_detect.evaluation.trials.recorded import Recorded, judge
 from hijack_detect.evaluation.trials.recorded import record as record_flight
-from hijack_detect.monitor.graph import MonitorParameters
-from hijack_detect.monitor.stage import Component
+from hijack_detect.monitor.graph import MonitorParameters, component_of
 from hijack_detect.replay.outcome import Attack, alert_is_right
 
 CLEAN = "non-hijacked"
@@ -177,11 +173,9 @@ def verdicts_at(
     values: Sequence[float],
 ) -> list[list[Verdict]]:
     """What a detector says of a flight at each value of one of its parameters."""
-    own = getattr(parameters, method)
-    return [
-        judge(flight, partial(_make, method, dataclasses.replace(own, **{parameter: value})))
-        for value in values
-    ]
+    part = next(part for part in parameters.parts if part.name == method)
+    changed = (parameters.having(method, **{parameter: value}) for value in values)
+    return [judge(flight, partial(component_of, part, one[method])) for one in changed]
 
 
 def csv_text(what: Sweep, curves: Sequence[Curve]) -> str:
@@ -192,14 +186,6 @@ def csv_text(what: Sweep, curves: Sequence[Curve]) -> str:
             figures = f"{one.ratio:.4f},{one.low:.4f},{one.high:.4f}"
             lines.append(f"{value:g},{curve.method},{curve.kind},{one.count},{one.total},{figures}")
     return "\n".join(lines) + "\n"
-
-
-def _make(method: str, own: object) -> Component:
-    makers: Mapping[str, Callable[..., Component]] = {
-        "correlation": CorrelationDetector,
-        "date": DateDetector,
-    }
-    return makers[method](own)
 
 
 def _first_alarm_ns(verdicts: Sequence[Verdict]) -> int | None:

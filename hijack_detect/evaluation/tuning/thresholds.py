@@ -17,7 +17,9 @@ from typing import TypeAlias
 import numpy as np
 
 from hijack_detect.detectors.correlation import CorrelationDetector
+from hijack_detect.detectors.correlation_parameters import CorrelationParameters
 from hijack_detect.detectors.date import DateDetector
+from hijack_detect.detectors.date_parameters import DateParameters
 from hijack_detect.detectors.persistence import Persistence
 from hijack_detect.detectors.verdict import JUDGED, Verdict
 from hijack_detect.evaluation.scores.metrics import Rate
@@ -56,7 +58,7 @@ class Tunable:
     """A threshold to choose: the larger, the fewer alarms.
 
     Attributes:
-        part: Field of `MonitorParameters`.
+        part: Name of the part.
         name: The parameter.
         unit: Its unit.
         values: What can be tried, ascending.
@@ -76,13 +78,11 @@ class Tunable:
 
     def of(self, parameters: MonitorParameters) -> float:
         """Its value in a set of parameters."""
-        return float(getattr(getattr(parameters, self.part), self.name))
+        return float(getattr(parameters[self.part], self.name))
 
     def put(self, parameters: MonitorParameters, value: float) -> MonitorParameters:
         """The parameters with another value of it."""
-        values = {self.name: value, **self.also}
-        part = dataclasses.replace(getattr(parameters, self.part), **values)
-        return dataclasses.replace(parameters, **{self.part: part})
+        return parameters.having(self.part, **{self.name: value, **self.also})
 
 
 def correlation_alarms(
@@ -94,7 +94,7 @@ def correlation_alarms(
     """
     counts, judged_s = [], 0.0
     for value in values:
-        chosen = dataclasses.replace(parameters.correlation, mu_deg=value)
+        chosen = dataclasses.replace(parameters.of(CorrelationParameters), mu_deg=value)
         verdicts = judge(recorded, partial(CorrelationDetector, chosen))
         counts.append(detector_outcome(verdicts, None).false_alarms)
         judged_s = _judged_s(verdicts)
@@ -105,11 +105,11 @@ def date_alarms(
     recorded: Recorded, parameters: MonitorParameters, values: Sequence[float]
 ) -> Alarms:
     """Alarms of DATE at several thresholds; its score does not depend on its threshold."""
-    plain = dataclasses.replace(parameters.date, noise_gain=0.0)
+    given = parameters.of(DateParameters)
+    plain = dataclasses.replace(given, noise_gain=0.0)
     verdicts = judge(recorded, partial(DateDetector, plain))
     counts = [
-        detector_outcome(at_threshold(verdicts, value, parameters.date.persist_s), None)
-        for value in values
+        detector_outcome(at_threshold(verdicts, value, given.persist_s), None) for value in values
     ]
     return Alarms(_judged_s(verdicts), tuple(outcome.false_alarms for outcome in counts))
 

@@ -9,7 +9,6 @@ injected into the clean ones.
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -27,7 +26,7 @@ from hijack_detect.evaluation.tuning.noise import middle_half
 from hijack_detect.evaluation.tuning.survey import Survey, survey
 from hijack_detect.evaluation.tuning.thresholds import TUNABLES, Choice, FlightAlarms, Kept, choose
 from hijack_detect.monitor.graph import MonitorParameters
-from hijack_detect.monitor.policies import NODE_FIELDS, POLICIES
+from hijack_detect.monitor.policies import POLICIES
 from hijack_detect.spoofing.scenario import Scenario
 
 Progress = Callable[[str, int], Callable[[int], None]]
@@ -205,15 +204,14 @@ def with_lag(
     it comes from, and for half of it, on average, it is held.
     """
     lags = {
-        "attitude_estimator": {"gps_lag_s": round(lag_s, 3)},
-        "date_detector": {"gps_lag_s": round(lag_s, 3)},
-        "correlation_detector": {"course_lag_s": round(lag_s + fix_interval_s, 3)},
+        "attitude": {"gps_lag_s": round(lag_s, 3)},
+        "date": {"gps_lag_s": round(lag_s, 3)},
+        "correlation": {"course_lag_s": round(lag_s + fix_interval_s, 3)},
     }
-    for node, values in lags.items():
-        part = NODE_FIELDS[node]
-        free = {k: v for k, v in values.items() if k not in POLICIES[policy].get(node, {})}
-        changed = dataclasses.replace(getattr(parameters, part), **free)
-        parameters = dataclasses.replace(parameters, **{part: changed})
+    for part in parameters.parts:
+        on_purpose = POLICIES[policy].get(part.node, {})
+        free = {k: v for k, v in lags.get(part.name, {}).items() if k not in on_purpose}
+        parameters = parameters.having(part.name, **free)
     return parameters
 
 

@@ -10,8 +10,7 @@ from hijack_detect.detectors.fusion_parameters import FusionParameters
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.evaluation.scores.evaluate import run_case
 from hijack_detect.evaluation.scores.methods import (
-    BASELINES,
-    PAIR,
+    BASELINE,
     PAPER,
     Judgement,
     MethodOutcome,
@@ -19,7 +18,7 @@ from hijack_detect.evaluation.scores.methods import (
     judge_case,
 )
 from hijack_detect.evaluation.trials.cases import CaseRun, SimulatedCase
-from hijack_detect.monitor.graph import DETECTORS
+from hijack_detect.monitor.parts import DETECTORS, PUBLISHED
 from hijack_detect.monitor.policies import policy_parameters
 from hijack_detect.replay.offline import OfflineRun
 from hijack_detect.replay.outcome import Attack
@@ -29,7 +28,7 @@ from hijack_detect.streams.samples import NANOSECONDS
 N, S, A = State.NORMAL, State.SUSPICIOUS, State.ALARM
 J = Judgement
 START_NS = 5 * NANOSECONDS
-REST = [name for name in DETECTORS if name not in PAIR]
+REST = [name for name in DETECTORS if name not in PUBLISHED]
 
 
 def verdicts(name: str, *said: tuple[State, float]) -> list[Verdict]:
@@ -144,7 +143,7 @@ def test_both_alarms_when_the_second_of_the_pair_has_and_keeps_its_alarm() -> No
     both = judge_case(run)["both"]
     assert (both.judgement, both.first_alarm_s, both.alarms) == (J.DETECTED, 3.0, ((3.0, 5.0),))
     assert both.score == 0.4
-    assert [r.alert for r in fused(run.run.verdicts, PAPER, PAIR)] == [False] * 5 + [True] * 4
+    assert [r.alert for r in fused(run.run.verdicts, PAPER, PUBLISHED)] == [False] * 5 + [True] * 4
 
 
 def test_both_needs_both() -> None:
@@ -167,8 +166,8 @@ def test_the_confidence_of_the_fusion_counts_up_to_the_alert() -> None:
 
 
 def test_methods_are_in_order_and_later_detectors_are_among_them() -> None:
-    run = case_run(later=quiet("later"), **{name: quiet(name) for name in BASELINES})
-    assert list(judge_case(run)) == [*BASELINES, *PAIR, "both", *REST, "later", "fusion"]
+    run = case_run(later=quiet("later"), **{BASELINE.name: quiet(BASELINE.name)})
+    assert list(judge_case(run)) == [BASELINE.name, *PUBLISHED, "both", *REST, "later", "fusion"]
 
 
 def test_a_simulated_flight_gives_the_same_outcome_each_time() -> None:
@@ -176,7 +175,7 @@ def test_a_simulated_flight_gives_the_same_outcome_each_time() -> None:
     first, again = (run_case(policy_parameters("paper"), case) for _ in range(2))
     assert first == again
     assert (first.kind, first.duration_s, first.clean_s) == ("straight", 60.0, 60.0)
-    assert list(first.methods) == [*BASELINES, *PAIR, "both", *REST, "fusion"]
+    assert list(first.methods) == [BASELINE.name, *PUBLISHED, "both", *REST, "fusion"]
 
 
 def test_what_is_seen_of_an_attack_after_false_alarms() -> None:

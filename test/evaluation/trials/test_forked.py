@@ -14,7 +14,7 @@ import pytest
 from ros import ROOT
 
 from hijack_detect.bags.reader import BagReader
-from hijack_detect.evaluation.scores.methods import BASELINES
+from hijack_detect.evaluation.scores.methods import with_baselines
 from hijack_detect.evaluation.trials.cases import BagCase
 from hijack_detect.evaluation.trials.families import FAMILIES, Size, jump, scenario_of
 from hijack_detect.evaluation.trials.forked import run_forked
@@ -24,7 +24,7 @@ from hijack_detect.spoofing.scenario import Scenario, ScenarioError
 from hijack_detect.streams.samples import NANOSECONDS
 
 BAG = ROOT / "bags/curved_8"
-PARAMETERS = MonitorParameters()
+PARAMETERS = with_baselines(MonitorParameters(), published_kld=False)
 HORIZON_S = 8.0
 FREEZE, REPLAY = FAMILIES["freeze"][0], FAMILIES["replay"][0]
 
@@ -60,13 +60,13 @@ TOLD: list[tuple[str, Any]] = []
 
 @lru_cache
 def runs() -> list[tuple[One, OfflineRun]]:
-    return forked(ATTACKS, baselines=BASELINES, on_clean=lambda *said: TOLD.append(said))
+    return forked(ATTACKS, on_clean=lambda *said: TOLD.append(said))
 
 
 @lru_cache
 def whole(scenario: Scenario | None) -> OfflineRun:
     case = BagCase(BAG, "curved_8", "hijacked", scenario)
-    return case.run(PARAMETERS, baselines=BASELINES).run
+    return case.run(PARAMETERS).run
 
 
 def lists(run: OfflineRun) -> dict[str, list[Any]]:
@@ -100,7 +100,7 @@ def test_forks_of_one_copy_share_nothing() -> None:
     onset_s = ATTACKS[0].onset_s
     jumped = ATTACKS[0]
     (_, first), (_, clean), (_, second) = forked(
-        [jumped, One(onset_s, None), dataclasses.replace(jumped)], baselines=BASELINES
+        [jumped, One(onset_s, None), dataclasses.replace(jumped)]
     )
     assert lists(first) == lists(second) == lists(runs()[0][1])
     for part, found in lists(clean).items():

@@ -91,7 +91,7 @@ def test_sweeps_contain_the_published_value_in_order(name: str) -> None:
     assert sorted(what.values) == list(what.values)
     for method in what.methods:
         for value in what.values:
-            dataclasses.replace(getattr(PAPER, method), **{what.parameter: value})
+            PAPER.having(method, **{what.parameter: value})
 
 
 def test_every_cell_flies_the_same_flights() -> None:

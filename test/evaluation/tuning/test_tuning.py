@@ -10,7 +10,10 @@ from pathlib import Path
 import pytest
 from ros import ROOT
 
+from hijack_detect.detectors.correlation_parameters import CorrelationParameters
 from hijack_detect.detectors.date import DateDetector
+from hijack_detect.detectors.date_parameters import DateParameters
+from hijack_detect.estimation.attitude_parameters import AttitudeParameters
 from hijack_detect.evaluation.trials.cases import BagCase, SimulatedCase
 from hijack_detect.evaluation.trials.recorded import Recorded, judge, record
 from hijack_detect.evaluation.tuning.survey import (
@@ -58,13 +61,13 @@ def flight(*counts: int, hours: float = 0.1, judged_s: float = 300.0) -> FlightA
 def test_a_detector_says_of_a_recording_what_it_says_in_the_monitor(detector: str) -> None:
     said = BagCase(BAG, "curved", "curved").run(DEFAULT).run.verdicts[detector]
     name = {"correlation": "mu_deg", "date": "threshold"}[detector]
-    value = getattr(getattr(DEFAULT, detector), name)
+    value = getattr(DEFAULT[detector], name)
     assert verdicts_at(flown(), DEFAULT, detector, name, [value]) == [said]
 
 
 @pytest.mark.parametrize("threshold", [0.15, 0.3, 1.5])
 def test_a_threshold_can_be_changed_afterwards(threshold: float) -> None:
-    plain = dataclasses.replace(DEFAULT.date, noise_gain=0.0)
+    plain = dataclasses.replace(DEFAULT.of(DateParameters), noise_gain=0.0)
     date = dataclasses.replace(plain, threshold=threshold)
     real = judge(flown(), lambda: DateDetector(date))
     changed = at_threshold(judge(flown(), lambda: DateDetector(plain)), threshold, 0.4)
@@ -123,11 +126,12 @@ def test_the_factor_covers_what_one_half_does_not_know_of_the_other() -> None:
 
 def test_the_lag_does_not_replace_what_a_policy_sets_on_purpose() -> None:
     tuned = with_lag(DEFAULT, "default", 0.2345, 0.2)
-    assert tuned.attitude.gps_lag_s == tuned.date.gps_lag_s == 0.234
-    assert tuned.correlation.course_lag_s == 0.434
+    assert tuned.of(AttitudeParameters).gps_lag_s == tuned.of(DateParameters).gps_lag_s == 0.234
+    assert tuned.of(CorrelationParameters).course_lag_s == 0.434
     paper = with_lag(policy_parameters("paper"), "paper", 0.2345, 0.2)
-    assert (paper.attitude.gps_lag_s, paper.date.gps_lag_s) == (0.234, 0.0)
-    assert paper.correlation.course_lag_s == 0.0
+    assert paper.of(AttitudeParameters).gps_lag_s == 0.234
+    assert paper.of(DateParameters).gps_lag_s == 0.0
+    assert paper.of(CorrelationParameters).course_lag_s == 0.0
 
 
 def test_attacks_lie_in_forward_flight_and_are_always_the_same() -> None:
@@ -168,7 +172,8 @@ def test_two_flights_are_judged_by_each_other(tmp_path: Path) -> None:
     assert tuning.attacked_before == tuning.attacked_after == []
     date = tuning.choices["date"]
     assert isinstance(date, Choice)
-    assert tuning.parameters.date.threshold == date.value < DEFAULT.date.threshold
+    chosen, given = (one.of(DateParameters).threshold for one in (tuning.parameters, DEFAULT))
+    assert chosen == date.value < given
     assert tuning.hours == pytest.approx(sum(one.hours for one in tuning.surveys))
 
 
