@@ -8,7 +8,7 @@ from typing import Any
 
 from hijack_detect.detectors.fusion import Fusion
 from hijack_detect.monitor.graph import MonitorParameters
-from hijack_detect.monitor.parts import PARTS, Part, added, weights
+from hijack_detect.monitor.parts import PARTS, Part, added, own_part, weights
 from hijack_detect.parameters import ParameterError, Parameters
 
 POLICIES: Mapping[str, Mapping[str, Mapping[str, Any]]] = {
@@ -18,15 +18,24 @@ POLICIES: Mapping[str, Mapping[str, Mapping[str, Any]]] = {
 """What each policy sets differently from the defaults, by node."""
 
 
-def policy_parameters(name: str, own: Sequence[Part] = ()) -> MonitorParameters:
+def policy_parameters(
+    name: str = "default", own: Sequence[Part | type[Any]] = ()
+) -> MonitorParameters:
     """Parameters of a policy, and of the user's own detectors; see `from_nodes`.
+
+    Args:
+        name: The policy.
+        own: Rows of the user's own detectors, or their classes; see `own_part`.
 
     Raises:
         ParameterError: There is no such policy, or the name of a detector cannot be used.
+        AttributeError: See `own_part`.
+        TypeError: See `own_part`.
     """
     if name not in POLICIES:
         raise ParameterError(f"no policy '{name}' (there are: {', '.join(POLICIES)})")
-    return from_nodes(POLICIES[name], own=own)
+    parts = [one if isinstance(one, Part) else own_part(one) for one in own]
+    return from_nodes(POLICIES[name], own=parts)
 
 
 def from_nodes(

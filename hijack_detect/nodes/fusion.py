@@ -24,7 +24,7 @@ from std_srvs.srv import Trigger
 from hijack_detect.detectors.fusion import SILENT_S, Fusion, FusionResult
 from hijack_detect.detectors.fusion_parameters import FusionParameters
 from hijack_detect.detectors.verdict import State
-from hijack_detect.monitor.parts import weights
+from hijack_detect.monitor.parts import Part, weights
 from hijack_detect.monitor.verdict_messages import verdict_from
 from hijack_detect.nodes.messages import fusion_message
 from hijack_detect.nodes.outlet import Outlet

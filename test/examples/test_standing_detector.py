@@ -21,6 +21,7 @@ from small_bags import START_NS, STEP_NS, raw, write
 from standing_detector import StandingDetector, StandingParameters
 from std_msgs.msg import Bool, Float64
 
+from hijack_detect import evaluate_folder
 from hijack_detect.bags.reader import RawMessage
 from hijack_detect.cli.main import main
 from hijack_detect.cli.parameter_files import load_parameters, parameter_file
@@ -193,6 +194,11 @@ def test_an_attribute_that_cannot_be_is_refused(
     done = CliRunner().invoke(main, ["params", "--detector", f"{path}:StandingDetector"])
     assert done.exit_code == 2
     assert told in done.output
+
+
+def test_an_evaluation_has_it_among_its_methods(bag: Path) -> None:
+    done = evaluate_folder(bag.parent, policy_parameters(own=[StandingDetector]))
+    assert (done.methods["standing"].type_1.count, done.methods["coast"].type_1.count) == (1, 0)
 
 
 @pytest.mark.parametrize(

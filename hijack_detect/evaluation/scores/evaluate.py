@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Callable, Sequence
 from functools import partial
+from pathlib import Path
 
 from hijack_detect import __version__
 from hijack_detect.analysis.account import Account
@@ -17,8 +18,10 @@ from hijack_detect.evaluation.scores.metrics import FlightOutcome, MethodSummary
 from hijack_detect.evaluation.scores.model import Model
 from hijack_detect.evaluation.scores.watch import FlightWatch, GroupWatch, watch
 from hijack_detect.evaluation.trials.cases import BagCase, Case, class_of
+from hijack_detect.evaluation.trials.corpus import corpus_cases
 from hijack_detect.evaluation.trials.parallel import HERE, Failure, Pool, map_cases
 from hijack_detect.monitor.graph import MonitorParameters
+from hijack_detect.spoofing.scenario import Scenario
 from hijack_detect.streams.samples import NANOSECONDS, Sample
 
 FAULT = "natural_fault"
@@ -180,3 +183,29 @@ def evaluate(
         by_class={kind: GroupWatch.of(some) for kind, some in kinds.items()},
         by_vehicle={name: GroupWatch.of(vehicles[name]) for name in sorted(vehicles)},
     )
+
+
+def evaluate_folder(
+    folder: str | Path,
+    parameters: MonitorParameters | None = None,
+    attack: Scenario | None = None,
+    *,
+    onsets: int = 5,
+    jobs: int = 1,
+) -> Evaluation:
+    """Run every flight below a folder and sum up, as `hijack-detect evaluate` does.
+
+    Args:
+        folder: Bags and logs, with `labels.json` or `label.json` where something is known of them.
+        parameters: Parameters of every part, those of policy `default` if None.
+        attack: An attack to put into each clean flight.
+        onsets: At how many places, spread by chance (the same each time) over its forward flight.
+        jobs: Processes.
+
+    Raises:
+        BagError: There is no flight, or a label cannot be used.
+    """
+    cases = corpus_cases(Path(folder), attack, 0 if attack is None else onsets)
+    parameters = parameters or MonitorParameters()
+    policy = parameters.fusion.policy
+    return evaluate(cases, parameters, source=str(folder), policy=policy, pool=Pool(jobs))
