@@ -11,6 +11,7 @@ from command import hijack_detect
 from ros import ROOT
 
 from hijack_detect.cli.parameter_files import load_parameters
+from hijack_detect.detectors.date_parameters import DateParameters
 from hijack_detect.monitor.policies import policy_parameters
 from hijack_detect.replay.simulated_bag import make_bag
 from hijack_detect.simulation.plan import FlightPlan
@@ -40,7 +41,7 @@ def test_it_writes_parameters_that_the_nodes_take(corpus: Path, tmp_path: Path) 
         assert "broken.mcap" in done.stderr
     assert files[0].read_bytes() == files[1].read_bytes()
     tuned, default = load_parameters(files[0]), policy_parameters("default")
-    assert tuned.date.threshold != default.date.threshold
+    assert tuned.of(DateParameters).threshold != default.of(DateParameters).threshold
     assert tuned.fusion == default.fusion
     text = files[0].read_text(encoding="utf-8")
     assert text.startswith("# Parameters of hijack_detect, policy `default`, tuned by")
