@@ -6,10 +6,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from hijack_detect.bags.reader import BagReader
 from hijack_detect.bags.samples import read_samples
-from hijack_detect.logs.formats import as_bag
-from hijack_detect.logs.logged import Wanted
+from hijack_detect.logs.formats import opened
 from hijack_detect.spoofing.scenario import Scenario, parse_scenario
 from hijack_detect.streams.samples import Sample
 
@@ -27,10 +25,7 @@ def samples_of(path: Path, order: Sequence[str] = ORDER) -> tuple[int, Samples]:
     Raises:
         BagError: It cannot be read.
     """
-    with (
-        as_bag(path, Wanted()) as (given, converted),
-        BagReader(given, made_from=path if converted else None) as reader,
-    ):
+    with opened(path) as (reader, _):
         samples = [one for one in read_samples(reader, reader.inputs("auto")) if one[0] in order]
         start_ns = reader.start_ns
     return start_ns, sorted(samples, key=lambda one: (one[1].stamp_ns, order.index(one[0])))

@@ -10,8 +10,7 @@ from types import TracebackType
 
 from hijack_detect.analysis.analyse import analyse
 from hijack_detect.analysis.analysis import Analysis
-from hijack_detect.bags.reader import BagReader
-from hijack_detect.logs.formats import as_bag
+from hijack_detect.logs.formats import opened
 from hijack_detect.logs.logged import Notes, Wanted
 from hijack_detect.monitor.graph import MonitorParameters
 from hijack_detect.replay.offline import FlightNotes, OfflineRun, run_offline, spoofed_samples
@@ -46,11 +45,8 @@ class FlightLog:
             ModuleNotFoundError: What reads the format is not installed (the extra `logs`).
         """
         self.path = Path(path)
-        with contextlib.ExitStack() as stack:
-            bag, converted = stack.enter_context(as_bag(self.path, Wanted(imu, gps)))
-            made_from = None if converted is None else self.path
-            self._reader = stack.enter_context(BagReader(bag, made_from=made_from))
-            self._stack = stack.pop_all()
+        self._stack = contextlib.ExitStack()
+        self._reader, converted = self._stack.enter_context(opened(self.path, Wanted(imu, gps)))
         self.notes = Notes() if converted is None else converted.notes
         self.start_ns = self._reader.start_ns
         self.duration_s = self._reader.duration_s

@@ -77,9 +77,8 @@ def analyze(
     nothing could have seen a carry-off (the first sentence says why), and with 2 if the input
     cannot be used.
     """
-    from hijack_detect.bags.reader import BagReader  # noqa: PLC0415  slow to load
-    from hijack_detect.cli.analyze_view import summary  # noqa: PLC0415
-    from hijack_detect.logs.formats import as_bag  # noqa: PLC0415
+    from hijack_detect.cli.analyze_view import summary  # noqa: PLC0415  slow to load
+    from hijack_detect.logs.formats import opened  # noqa: PLC0415
     from hijack_detect.logs.logged import Wanted  # noqa: PLC0415
 
     if onset is not None and scenario == NO_ATTACK:
@@ -89,14 +88,13 @@ def analyze(
         if report is not None:
             report.mkdir(parents=True, exist_ok=True)
         parameters = _parameters(policy, params, detectors)
-        with as_bag(bag, Wanted(imu, gps, namespace), read_columns(columns)) as (given, converted):
+        wanted = Wanted(imu, gps, namespace)
+        with opened(bag, wanted, read_columns(columns)) as (reader, converted):
             if converted is not None and json_file is not None:  # else the summary has them
                 for line in converted.notes.lines():
                     click.echo(line, err=True)
-            made_from = None if converted is None else bag
-            with BagReader(given, made_from=made_from) as reader:
-                notes = None if converted is None else converted.notes
-                done = _analysed(reader, attack, parameters, notes, report)
+            notes = None if converted is None else converted.notes
+            done = _analysed(reader, attack, parameters, notes, report)
         text = done.analysis.model_dump_json(indent=2)
         if json_file is not None and json_file != STDOUT:
             json_file.write_text(text + "\n", encoding="utf-8")

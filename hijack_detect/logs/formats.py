@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from hijack_detect.bags.errors import BagError
+from hijack_detect.bags.reader import BagReader
 from hijack_detect.bags.topics import PRESETS
 from hijack_detect.bags.writer import BagWriter
 from hijack_detect.logs import csv_log, dataflash, mcap, rosbag, tlog, ulog
@@ -127,6 +128,21 @@ def as_bag(
     with tempfile.TemporaryDirectory(prefix="hijack_detect_") as folder:
         bag = Path(folder) / path.stem
         yield bag, convert(path, bag, wanted, columns)
+
+
+@contextlib.contextmanager
+def opened(
+    path: Path, wanted: Wanted | None = None, columns: ColumnMap | None = None
+) -> Iterator[tuple[BagReader, Converted | None]]:
+    """A reader of a bag, or of the one that is made of a log; see `as_bag`.
+
+    Raises:
+        BagError: As `convert`, or the bag cannot be read.
+    """
+    with as_bag(path, wanted, columns) as (bag, converted):
+        made_from = None if converted is None else path
+        with BagReader(bag, made_from=made_from) as reader:
+            yield reader, converted
 
 
 def _recognised(path: Path, wanted: Wanted) -> tuple[str, Read] | None:

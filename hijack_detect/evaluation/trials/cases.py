@@ -12,7 +12,7 @@ from typing import Any, Protocol
 
 from hijack_detect.analysis.log_clock import LogClock
 from hijack_detect.bags.reader import BagReader
-from hijack_detect.logs.formats import as_bag
+from hijack_detect.logs.formats import opened
 from hijack_detect.monitor.graph import Monitor, MonitorParameters
 from hijack_detect.replay.offline import OfflineRun, run_offline, run_samples
 from hijack_detect.replay.outcome import Attack
@@ -143,10 +143,7 @@ class BagCase:
         Raises:
             BagError: It cannot be read.
         """
-        with (
-            as_bag(self.path) as (bag, converted),
-            BagReader(bag, made_from=None if converted is None else self.path) as reader,
-        ):
+        with opened(self.path) as (reader, _):
             yield reader
 
     def attack_on(self, reader: BagReader) -> Attack | None:
