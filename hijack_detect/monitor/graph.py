@@ -124,3 +124,8 @@ def component_of(part: Part, parameters: Parameters) -> Component:
     heard = (weights(parameters),) if isinstance(parameters, FusionParameters) else ()
     component: Component = part.kind(parameters, *heard)
     return component
+
+
+def input_names(part: Part) -> tuple[str, ...]:
+    """Names of the inputs of a row's estimator, detector or fusion, with its default parameters."""
+    return tuple(component_of(part, part.parameters()).inputs)

@@ -14,7 +14,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from std_msgs.msg import Bool, Float64
 
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.monitor.graph import component_of
+from hijack_detect.monitor.graph import input_names
 from hijack_detect.monitor.parts import Part, own_part
 from hijack_detect.nodes.messages import verdict_message
 from hijack_detect.nodes.outlet import Outlet
@@ -84,7 +84,7 @@ def _figure(output: Verdict, name: str) -> Float64:
 
 def summary(part: Part) -> str:
     """What the node of a detector asks, its topics and their units."""
-    inputs = component_of(part, part.parameters()).inputs
+    inputs = input_names(part)
     topics = [INPUTS[name].topic for name in inputs if name in INPUTS]
     if {*STAMPED} & {*inputs} and REFERENCE not in inputs:
         topics.append(f"{IMU_TOPIC} for its stamps")

@@ -19,7 +19,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.utilities import ok
 
-from hijack_detect.monitor.graph import component_of
+from hijack_detect.monitor.graph import component_of, input_names
 from hijack_detect.monitor.parts import PARTS, Part, load
 from hijack_detect.monitor.stage import Stage
 from hijack_detect.nodes.diagnostics import Diagnostics
@@ -244,7 +244,7 @@ def row_of(node: str) -> Part:
 
 def run_part(part: Part, summary: str) -> None:
     """Run the node of a part until it is interrupted; `--help` prints the summary."""
-    timed = SATELLITES in component_of(part, part.parameters()).inputs
+    timed = SATELLITES in input_names(part)
     executor = SingleThreadedExecutor if timed else EventsExecutor
     run(lambda: load(part.face)(part, Topics()), summary, executor)
 

@@ -15,6 +15,7 @@ from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import FluidPressure, Imu, MagneticField, NavSatFix
 from std_msgs.msg import UInt32
 
+from hijack_detect.monitor.graph import input_names
 from hijack_detect.monitor.parts import Part
 from hijack_detect.nodes.qos import INTERNAL, OVERRIDES, SENSOR
 from hijack_detect.streams.absence import Absence
@@ -79,7 +80,7 @@ def inputs_of(part: Part) -> Mapping[str, Input]:
     Raises:
         ValueError: It has one that there is not.
     """
-    names = part.kind(part.parameters()).inputs
+    names = input_names(part)
     if unknown := {*names} - {*INPUTS}:
         raise ValueError(
             f"{part.name}: there is no input '{min(unknown)}' (there are: {', '.join(INPUTS)})"
