@@ -6,7 +6,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hijack_detect.detectors.input_watch import patience
-from hijack_detect.estimation.drag_noise import DragNoise
+from hijack_detect.estimation.drag_noise import (
+    DragNoise,
+    first_drag,
+    first_drag_sigma,
+    first_quadratic_sigma,
+)
 from hijack_detect.parameters import Parameters, param
 from hijack_detect.streams.patience import sensor_patience
 
@@ -105,28 +110,9 @@ class DragParameters(Parameters):
         low=0.0,
         high=60.0,
     )
-    drag: float = param(
-        0.25,
-        "Drag k of the vehicle before it is learnt: specific force per airspeed. Quadrotors have "
-        "0.15 to 0.35.",
-        unit="1/s",
-        low=0.02,
-        high=2.0,
-    )
-    drag_sigma: float = param(
-        0.08,
-        "Standard deviation of `drag`. Lower it for a vehicle that was measured.",
-        unit="1/s",
-        low=0.001,
-        high=2.0,
-    )
-    quadratic_sigma: float = param(
-        0.005,
-        "Standard deviation of the drag q that grows with airspeed, which most quadrotors lack.",
-        unit="1/m",
-        low=0.0001,
-        high=1.0,
-    )
+    drag: float = first_drag()
+    drag_sigma: float = first_drag_sigma()
+    quadratic_sigma: float = first_quadratic_sigma(0.005)
     least_drag: float = param(
         0.1,
         "A vehicle with less drag than this is not seen by its drag: NOT_OBSERVABLE. A fixed wing "

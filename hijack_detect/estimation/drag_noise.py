@@ -5,10 +5,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from hijack_detect.estimation.rotation import Array
+from hijack_detect.parameters import param
 
 HUBER = 2.0
 """Residuals beyond so many standard deviations count linearly: gusts and bad samples."""
@@ -29,6 +31,40 @@ DRAG_WALK = 0.002
 BIAS_WALK = 0.005
 """m/s²/√s, random walk of the bias. 0.003 to 0.01 fit the accelerometers of 11 of 13 recorded
 flights best, see `accel_bias_walk` of coast."""
+
+
+def first_drag() -> Any:
+    """Declare the drag k of a vehicle that is not learnt yet."""
+    return param(
+        0.25,
+        "Drag k of the vehicle before it is learnt: specific force per airspeed. Quadrotors have "
+        "0.15 to 0.35.",
+        unit="1/s",
+        low=0.02,
+        high=2.0,
+    )
+
+
+def first_drag_sigma() -> Any:
+    """Declare how well `first_drag` is known."""
+    return param(
+        0.08,
+        "Standard deviation of `drag`. Lower it for a vehicle that was measured.",
+        unit="1/s",
+        low=0.001,
+        high=2.0,
+    )
+
+
+def first_quadratic_sigma(default: float) -> Any:
+    """Declare the standard deviation of the drag q, whose mean is 0."""
+    return param(
+        default,
+        "Standard deviation of the drag q that grows with airspeed, which most quadrotors lack.",
+        unit="1/m",
+        low=0.0001,
+        high=1.0,
+    )
 
 
 @dataclass(frozen=True)
