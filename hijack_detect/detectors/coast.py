@@ -93,7 +93,7 @@ class CoastDetector:
         self._parameters = p = parameters
         sensors = dict.fromkeys(("imu", "velocity", "mag", "fix"), p.sensor_patience_s)
         self.inputs: Mapping[str, float] = {"phase": p.patience_s, **sensors}
-        self._estimator = AttitudeFilter(_estimator_parameters(p), self._make_filter)
+        self._estimator = AttitudeFilter(_estimator_parameters(p), self._make_filter, SETTLED)
         self._gate = FlightGate()
         self._watch = InputWatch(("imu", "fix"))
         self._persistence = Persistence(p.persist_s)
@@ -122,9 +122,6 @@ class CoastDetector:
         self._bridged = 0
         self._bridged_ns: int | None = None
         """When the last gap of the IMU was noticed."""
-        self._imu_ns: int | None = None
-        self._imu_gap_s = 0.0
-        """Length of the last gap of the IMU of more than a second."""
         self._since_ns = 0
         self._gps_ns = 0
         self._returned_ns: int | None = None
@@ -143,9 +140,6 @@ class CoastDetector:
             return None
         self._estimator.update(name, sample)
         if isinstance(sample, ImuSample):
-            if self._imu_ns is not None and sample.stamp_ns - self._imu_ns > NANOSECONDS:
-                self._imu_gap_s = (sample.stamp_ns - self._imu_ns) / NANOSECONDS
-            self._imu_ns = sample.stamp_ns
             self._watch.see("imu", sample.stamp_ns)
             force, rate = math.hypot(*sample.specific_force), math.hypot(*sample.angular_velocity)
             p = self._parameters
@@ -186,7 +180,7 @@ class CoastDetector:
             self._begin_bank()
         if self._estimator.bridged != self._bridged:
             self._bridged, self._bridged_ns = self._estimator.bridged, stamp_ns
-        if self._estimator.regaining or self._estimator.worse > SETTLED:
+        if self._estimator.regaining:
             self._begin_bank()
             ekf.steps.clear()
             return
@@ -256,7 +250,7 @@ class CoastDetector:
             left = 1.0 - ago_s / self._parameters.longest_s
         if self._bridged_ns is not None:
             ago_s = (stamp_ns - self._bridged_ns) / NANOSECONDS
-            long = (self._imu_gap_s - SHORT_GAP_S) / (LONG_GAP_S - SHORT_GAP_S)
+            long = (self._estimator.bridged_s - SHORT_GAP_S) / (LONG_GAP_S - SHORT_GAP_S)
             gain = 1.0 + min(max(long, 0.0), 1.0)
             left = max(left, gain * (1.0 - ago_s / RELEARN_S))
         return min(max(left, 0.0), 1.0)

@@ -95,23 +95,28 @@ class AttitudeFilter:
         buffer: IMU samples that the filter has not used yet, and the one before.
         first_heading: Heading with which it began to use the GPS in full, rad; None before.
         bridged: Gaps in the IMU over which attitude and biases were kept.
+        bridged_s: Length of the last of them, s.
         regaining: Whether the last of them still weighs on the attitude.
     """
 
-    def __init__(self, parameters: AttitudeParameters, make_filter: MakeFilter = Ekf) -> None:
+    def __init__(
+        self, parameters: AttitudeParameters, make_filter: MakeFilter = Ekf, regained: float = 1.0
+    ) -> None:
         """Start without a filter.
 
         Args:
             parameters: Its parameters.
             make_filter: Makes the filter from attitude, standard deviations and noise.
+            regained: The attitude is regained after a gap when `worse` is below this.
         """
         self._parameters = p = parameters
         self.inputs: Mapping[str, float] = dict.fromkeys(
             ("imu", "fix", "velocity", "mag"), p.sensor_patience_s
         )
-        self._make_filter = make_filter
+        self._make_filter, self._regained = make_filter, regained
         self._noise = ProcessNoise(p.accel_noise, p.gyro_noise, p.accel_bias_walk, p.gyro_bias_walk)
         self.bridged = 0
+        self.bridged_s = 0.0
         self._restart()
 
     def _restart(self) -> None:
@@ -220,6 +225,7 @@ class AttitudeFilter:
         self._filter_ns = self._bridged_ns = sample.stamp_ns
         self._magnetic.clear()
         self.bridged += 1
+        self.bridged_s = gap_s
 
     def _level(self, sample: ImuSample) -> bool:
         if sample.stamp_ns - self.buffer.oldest_ns < self._parameters.level_s * NANOSECONDS:
@@ -338,7 +344,7 @@ class AttitudeFilter:
         bank.measure(observe)
         if self._sure_before is not None:
             worse = self._worse(bank.best, self._sure_before)
-            self.regaining &= not bank.decided or worse >= 1.0
+            self.regaining &= not bank.decided or worse >= self._regained
             if not self.regaining and worse <= 0.0:
                 self._sure_before = None
 
