@@ -39,7 +39,7 @@ from hijack_detect.bags.reader import BagReader
 from hijack_detect.bags.samples import Rejected, read_samples
 from hijack_detect.bags.topics import OWN_TOPICS, TYPES
 from hijack_detect.nodes import COMPOSED, MONITOR
-from hijack_detect.nodes.message_types import message_class
+from hijack_detect.nodes.messages import message_class
 from hijack_detect.nodes.qos import INTERNAL, STATE
 from hijack_detect.spoofing.scenario import parse_scenario
 from hijack_detect.spoofing.spoofer import Spoofer

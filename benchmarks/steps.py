@@ -26,10 +26,8 @@ from section import Section
 
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.bags.samples import Rejected, read_samples
-from hijack_detect.detectors.correlation import CorrelationDetector
-from hijack_detect.detectors.correlation_parameters import CorrelationParameters
-from hijack_detect.detectors.date import DateDetector
-from hijack_detect.detectors.date_parameters import DateParameters
+from hijack_detect.detectors.correlation import CorrelationDetector, CorrelationParameters
+from hijack_detect.detectors.date import DateDetector, DateParameters
 from hijack_detect.monitor.graph import Monitor
 from hijack_detect.monitor.policies import policy_parameters
 from hijack_detect.monitor.stage import Component

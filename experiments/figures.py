@@ -21,10 +21,8 @@ import numpy as np
 from matplotlib import pyplot as plt
 from matplotlib.axes import Axes
 
-from hijack_detect.detectors.correlation import CorrelationDetector
-from hijack_detect.detectors.correlation_parameters import CorrelationParameters
-from hijack_detect.detectors.date import DateDetector
-from hijack_detect.detectors.date_parameters import DateParameters
+from hijack_detect.detectors.correlation import CorrelationDetector, CorrelationParameters
+from hijack_detect.detectors.date import DateDetector, DateParameters
 from hijack_detect.detectors.ins_position import InsPosition, InsPositionParameters
 from hijack_detect.detectors.verdict import JUDGED, State, Verdict
 from hijack_detect.estimation.geodesy import LocalFrame

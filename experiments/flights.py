@@ -29,7 +29,7 @@ from hijack_detect.evaluation.trials.onsets import forward_flight
 from hijack_detect.monitor.parts import PUBLISHED
 from hijack_detect.monitor.policies import policy_parameters
 from hijack_detect.replay.offline import OfflineRun, run_offline
-from hijack_detect.replay.outcome import (
+from hijack_detect.replay.truth import (
     Attack,
     alert_is_right,
     changes,

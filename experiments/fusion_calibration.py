@@ -33,10 +33,17 @@ import click
 import matplotlib.pyplot as plt
 import numpy as np
 
+from experiments.limits_records import (
+    BLOCK_S,
+    WINDOWS_S,
+    FlightRecord,
+    MethodRecord,
+    record_forked,
+)
 from experiments.limits_runs import Work, credited, record_of
 from experiments.vehicles import Flight, corpus
 from hijack_detect.bags.errors import BagError
-from hijack_detect.detectors.fusion_parameters import FusionParameters
+from hijack_detect.detectors.fusion_decisions import FusionParameters
 from hijack_detect.detectors.likelihood import (
     LikelihoodRatio,
     odds,
@@ -44,13 +51,6 @@ from hijack_detect.detectors.likelihood import (
     together,
 )
 from hijack_detect.evaluation.scores.evaluation_tables import NONE, TextTable
-from hijack_detect.evaluation.scores.forked_record import record_forked
-from hijack_detect.evaluation.scores.limit_records import (
-    BLOCK_S,
-    WINDOWS_S,
-    FlightRecord,
-    MethodRecord,
-)
 from hijack_detect.evaluation.trials.cases import HIJACKED
 from hijack_detect.evaluation.trials.families import CLEAN, Placed
 from hijack_detect.monitor.graph import MonitorParameters

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from experiments.carried_off import drift
-from hijack_detect.spoofing.plane import TangentPlane, moved
+from hijack_detect.estimation.geodesy import TangentPlane, moved
 from hijack_detect.spoofing.spoofer import Spoofer
 from hijack_detect.streams.samples import (
     NANOSECONDS,

@@ -22,7 +22,7 @@ from rich.table import Table
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.bags.samples import Rejected, read_samples
 from hijack_detect.detectors.kld import KldDetector
-from hijack_detect.detectors.kld_parameters import NAMES, KldParameters
+from hijack_detect.detectors.kld_values import NAMES, KldParameters
 from hijack_detect.evaluation.trials.cases import flight_samples
 from hijack_detect.evaluation.trials.corpus import bag_paths
 from hijack_detect.monitor.policies import policy_parameters

@@ -11,11 +11,10 @@ import numpy as np
 from matplotlib import colormaps
 from matplotlib.figure import Figure
 
+from experiments.limits_records import AttackRecord
 from experiments.limits_runs import by_half
 from experiments.limits_tables import Records, attacks, clean_minutes, counted, detected, methods
-from hijack_detect.evaluation.scores.limit_records import AttackRecord
-from hijack_detect.evaluation.scores.metrics import Spread
-from hijack_detect.evaluation.scores.roc import roc_curve
+from hijack_detect.evaluation.scores.metrics import Spread, roc_curve
 
 DPI = 110
 METADATA = {"Software": None}

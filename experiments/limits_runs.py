@@ -14,8 +14,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from hijack_detect.evaluation.scores.forked_record import record_forked
-from hijack_detect.evaluation.scores.limit_records import FlightRecord, record_case
+from experiments.limits_records import FlightRecord, record_case, record_forked
 from hijack_detect.evaluation.trials.cases import HIJACKED, BagCase, Case, SimulatedCase
 from hijack_detect.evaluation.trials.corpus import corpus_cases
 from hijack_detect.evaluation.trials.families import ACCELERATIONS, CLEAN, SPEEDS

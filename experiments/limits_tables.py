@@ -10,15 +10,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
-from experiments.limits_runs import by_half
-from hijack_detect.evaluation.scores.evaluation_tables import NONE, TextTable, proportion, rate
-from hijack_detect.evaluation.scores.limit_records import (
+from experiments.limits_records import (
     AttackRecord,
     FlightRecord,
     MethodRecord,
 )
-from hijack_detect.evaluation.scores.metrics import Proportion, Rate, Spread
-from hijack_detect.evaluation.scores.roc import roc_area
+from experiments.limits_runs import by_half
+from hijack_detect.evaluation.scores.evaluation_tables import NONE, TextTable, proportion, rate
+from hijack_detect.evaluation.scores.metrics import Proportion, Rate, Spread, roc_area
 from hijack_detect.evaluation.trials.families import CLEAN
 
 MINUTE_BLOCKS = 6

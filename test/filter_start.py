@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from hijack_detect.estimation.air_ekf import AirEkf
-from hijack_detect.estimation.drag_noise import DragNoise
+from hijack_detect.estimation.drag_filter import DragNoise
 from hijack_detect.estimation.ekf import GRAVITY, ImuBlock, ProcessNoise, Source
 from hijack_detect.estimation.lag_ekf import ModelErrors
 from hijack_detect.estimation.velocity_error import VelocityNoise

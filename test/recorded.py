@@ -13,9 +13,9 @@ from hijack_detect.bags.reader import typestore
 from hijack_detect.bags.topics import OWN_TOPICS, TYPES
 from hijack_detect.detectors.verdict import Verdict
 from hijack_detect.monitor.verdict_messages import verdict_from
+from hijack_detect.recording.black_box import FUSION, Source
 from hijack_detect.recording.parameters import RecorderParameters
 from hijack_detect.recording.recorder import Recorder
-from hijack_detect.recording.source import FUSION, Source
 from hijack_detect.streams.samples import FixSample, ImuSample, VelocitySample
 
 SECOND = 1_000_000_000

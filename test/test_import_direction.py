@@ -13,11 +13,10 @@ from ros import ROOT
 PACKAGE = ROOT / "hijack_detect"
 
 STANDS_ON: Mapping[str, tuple[str, ...]] = {
-    "level": (),
+    "contract": (),
     "parameters": (),
-    "promise": (),
     "yaml_text": (),
-    "streams": ("level", "parameters", "promise", "yaml_text"),
+    "streams": ("contract", "parameters", "yaml_text"),
     "estimation": ("streams",),
     "detectors": ("estimation",),
     "spoofing": ("estimation",),

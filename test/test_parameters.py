@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from hijack_detect.monitor.parts import PARTS
 from hijack_detect.parameters import ParameterError, Parameters, param
 from hijack_detect.recording.parameters import RecorderParameters
-from hijack_detect.spoofing.live_parameters import SpooferParameters
+from hijack_detect.spoofing.live import SpooferParameters
 
 SETS = [*(part.parameters for part in PARTS), RecorderParameters, SpooferParameters]
 FREE_TEXT = ("folder", "further_detectors", "further_weights", "model", "scenario")

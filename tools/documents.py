@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from hijack_detect.evaluation.scores.evaluation_tables import TextTable
+from hijack_detect.evaluation.scores.evaluation_page import TextTable
 
 MARK = re.compile(r"<!-- table ([^\n]*?) -->\n(?:\n?(?:\|.*\n)+)?")
 

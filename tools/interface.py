@@ -24,7 +24,7 @@ from hijack_detect.nodes import COMPOSED, NODES, entry_point
 from hijack_detect.nodes.composition_parameters import CompositionParameters
 from hijack_detect.nodes.detector_node import summary
 from hijack_detect.parameters import Parameters
-from hijack_detect.replay.playback_parameters import ReplayParameters
+from hijack_detect.replay.playback import ReplayParameters
 from tools.documents import write
 from tools.policies import graph, relative, run
 

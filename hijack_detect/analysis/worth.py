@@ -11,12 +11,11 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 
 from hijack_detect.analysis.account import Account, Complaint, Watched
-from hijack_detect.analysis.alarms import UNSAID, Span
+from hijack_detect.analysis.alarms import UNSAID, Span, Times
 from hijack_detect.analysis.analysis import Visible
-from hijack_detect.analysis.times import Times
 from hijack_detect.detectors.verdict import JUDGED
 from hijack_detect.estimation.clock_rate import clock_words
-from hijack_detect.estimation.gps_lag import LATE
+from hijack_detect.estimation.lag_ekf import LATE
 from hijack_detect.estimation.receiver_health import POOR
 from hijack_detect.streams.samples import NANOSECONDS
 

@@ -9,6 +9,11 @@ from typing import Any
 import numpy as np
 
 from hijack_detect.bags.reader import typestore
+from hijack_detect.streams.messages import (
+    APPROXIMATED,
+    UNKNOWN,
+    position_covariance,
+)
 from hijack_detect.streams.samples import (
     NANOSECONDS,
     AttitudeSample,
@@ -22,11 +27,6 @@ from hijack_detect.streams.samples import (
     SatelliteSample,
     Vector3,
     VelocitySample,
-)
-from hijack_detect.streams.writing import (
-    APPROXIMATED,
-    UNKNOWN,
-    position_covariance,
 )
 
 BODY_FRAME = "base_link"

@@ -11,19 +11,43 @@ from functools import lru_cache
 from itertools import count
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from rosbags.typesys import Stores, get_typestore
 
 from hijack_detect.bags.container import Block, Container
 from hijack_detect.bags.errors import BagError
 from hijack_detect.bags.files import mcap_files
-from hijack_detect.bags.places import place
 from hijack_detect.bags.topics import NEEDED, PRESETS, TYPES, TopicMap, topic_map
 from hijack_detect.streams.samples import NANOSECONDS
 
 if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore
+
+URL = "://"
+
+
+def place(text: str) -> Path:
+    """A path, or what behaves like one for a URL: s3://bucket/flights, zip://a/b::https://...
+
+    Raises:
+        BagError: The file system of a URL is not known, or what reads it is not installed.
+    """
+    if URL not in text:
+        return Path(text)
+    try:
+        from upath import UPath  # noqa: PLC0415  an extra, for URLs only
+
+        found = UPath(text)
+        found.fs  # noqa: B018  finds out now whether there is such a file system
+        return cast(Path, found)
+    except ImportError as error:
+        raise BagError(
+            f"{text}: needs more to be installed, see the extra 'corpora': {error}"
+        ) from error
+    except (OSError, ValueError) as error:
+        raise BagError(f"{text}: cannot be used: {error}") from error
+
 
 MAX_HELD_BYTES = 2**30
 """Most message bytes that may wait for their turn where chunks overlap in time."""

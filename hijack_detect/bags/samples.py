@@ -15,7 +15,6 @@ from hijack_detect.bags.reader import BagReader, RawMessage
 from hijack_detect.bags.topics import TYPES, TopicMap
 from hijack_detect.streams.absence import Absence
 from hijack_detect.streams.cdr import FROM_BYTES
-from hijack_detect.streams.headerless import SATELLITES, SatelliteStamps
 from hijack_detect.streams.messages import (
     CONVERTERS,
     BadMessage,
@@ -23,6 +22,7 @@ from hijack_detect.streams.messages import (
     satellite_count,
 )
 from hijack_detect.streams.samples import Sample
+from hijack_detect.streams.satellites import SATELLITES, SatelliteStamps
 
 CONVERT = {**CONVERTERS, SATELLITES: satellite_count}
 _log = logging.getLogger(__name__)

@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hijack_detect.cli.choices import POLICY_NAMES
 from hijack_detect.cli.common import PATH, PLACE, BadInput, find_scenario, progress
-from hijack_detect.cli.completing import NO_ATTACK, scenarios
+from hijack_detect.cli.completion import NO_ATTACK, POLICY_NAMES, scenarios
 from hijack_detect.cli.convert import COLUMNS, read_columns, sensor_options
 from hijack_detect.streams.samples import NANOSECONDS
 

@@ -7,8 +7,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from hijack_detect.analysis.analysis import Analysis, DetectorAnalysis
-from hijack_detect.analysis.sentence import (
+from hijack_detect.analysis.analyse import (
     CLEAN,
     OPEN,
     SPOOFED,
@@ -16,6 +15,7 @@ from hijack_detect.analysis.sentence import (
     found,
     percent,
 )
+from hijack_detect.analysis.analysis import Analysis, DetectorAnalysis
 
 STYLES = {SPOOFED: "bold red", CLEAN: "bold green", OPEN: "bold yellow"}
 MOST_TIMES = 8

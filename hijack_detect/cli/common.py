@@ -14,10 +14,24 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from hijack_detect.bags.errors import BagError
-from hijack_detect.bags.places import place
+from hijack_detect.bags.reader import place
 
 if TYPE_CHECKING:
     from hijack_detect.spoofing.scenario import Scenario
+
+VARIABLE = "AMENT_PREFIX_PATH"
+
+
+def add_own_prefix() -> None:
+    """Put this Python's prefix on AMENT_PREFIX_PATH if it is an ament prefix.
+
+    The wheels do not set the variable, and without it the ament index knows nothing.
+    """
+    known = [path for path in os.environ.get(VARIABLE, "").split(os.pathsep) if path]
+    index = Path(sys.prefix, "share/ament_index/resource_index/packages")
+    if index.is_dir() and sys.prefix not in known:
+        os.environ[VARIABLE] = os.pathsep.join([sys.prefix, *known])
+
 
 EXIT_BAD_INPUT = 2
 PATH = click.Path(path_type=Path)

@@ -4,10 +4,66 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable
 from pathlib import Path
 
 import click
-from click.shell_completion import get_completion_class
+from click.shell_completion import CompletionItem, get_completion_class
+
+from hijack_detect.cli.common import add_own_prefix, share_folder
+from hijack_detect.monitor.parts import DETECTORS
+
+POLICY_NAMES = ("default", "paper")
+BESIDE_NAMES = ("recorder", "gps_spoofer", "mavlink_bridge", "px4_bridge")
+ROUTES = ("straight", "curved", "hover", "fixed_yaw", "survey")
+TABLE_NAMES = (
+    "alerts",
+    "snapshots",
+    "verdicts",
+    "fixes",
+    "velocities",
+    "satellites",
+    "events",
+    "sessions",
+)
+OPTIONAL_INPUTS = ("velocity", "mag", "pressure", "satellites")
+
+
+NO_ATTACK = "none"
+
+
+def scenarios(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    """Names of config/scenarios, and files."""
+    add_own_prefix()
+    names = {path.stem for path in (share_folder() / "config/scenarios").glob("*.yaml")}
+    return [*_offered(sorted({*names, NO_ATTACK}), incomplete), *_files(incomplete)]
+
+
+def journals(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    """Tables of a journal, and files."""
+    return [*_offered(TABLE_NAMES, incomplete), *_files(incomplete)]
+
+
+def detectors(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    """Names of detectors."""
+    return _offered(DETECTORS, incomplete)
+
+
+def states(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    """Names of states."""
+    from hijack_detect.detectors.verdict import State  # noqa: PLC0415  slow to load
+
+    return _offered((state.value for state in State), incomplete)
+
+
+def _offered(words: Iterable[str], incomplete: str) -> list[CompletionItem]:
+    return [CompletionItem(word) for word in words if word.startswith(incomplete)]
+
+
+def _files(incomplete: str) -> list[CompletionItem]:
+    """The shell completes files by itself."""
+    return [CompletionItem(incomplete, type="file")]
+
 
 PROGRAM, VARIABLE = "hijack-detect", "_HIJACK_DETECT_COMPLETE"
 SHELLS = ("bash", "zsh", "fish")

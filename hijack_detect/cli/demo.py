@@ -25,8 +25,7 @@ from hijack_detect.cli.listener import Listener
 from hijack_detect.cli.processes import NodeError, NodeProcesses, interrupt_held
 from hijack_detect.nodes import MONITOR
 from hijack_detect.replay.offline import OfflineRun, spoofed_samples
-from hijack_detect.replay.outcome import alert_is_right
-from hijack_detect.replay.truth import scenario_attack
+from hijack_detect.replay.truth import alert_is_right, scenario_attack
 from hijack_detect.spoofing.scenario import Scenario
 
 DEFAULT_BAG = "bags/curved_8"

@@ -12,7 +12,7 @@ from rich.text import Text
 from hijack_detect.cli.listener import Listener
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.replay.offline import OfflineRun
-from hijack_detect.replay.outcome import Attack, alert_is_right, detector_outcome
+from hijack_detect.replay.truth import Attack, alert_is_right, detector_outcome
 from hijack_detect.streams.samples import NANOSECONDS
 
 STYLES = {

@@ -9,7 +9,7 @@ from pathlib import Path
 import click
 
 from hijack_detect.cli.common import PATH, BadInput
-from hijack_detect.cli.completing import scenarios
+from hijack_detect.cli.completion import scenarios
 
 
 @click.command()

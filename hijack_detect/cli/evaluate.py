@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hijack_detect.cli.choices import POLICY_NAMES
 from hijack_detect.cli.common import (
     EXIT_BAD_INPUT,
     PATH,
@@ -21,7 +20,7 @@ from hijack_detect.cli.common import (
     progress,
     refusing_bad_input,
 )
-from hijack_detect.cli.completing import scenarios
+from hijack_detect.cli.completion import POLICY_NAMES, scenarios
 
 if TYPE_CHECKING:
     from hijack_detect.evaluation.scores.evaluate import Evaluation

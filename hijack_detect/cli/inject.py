@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from hijack_detect.cli.common import PATH, PLACE, find_scenario, progress, refusing_bad_input
-from hijack_detect.cli.completing import scenarios
+from hijack_detect.cli.completion import scenarios
 from hijack_detect.streams.samples import NANOSECONDS
 
 

@@ -11,12 +11,11 @@ from typing import TYPE_CHECKING, TextIO
 
 import click
 
-from hijack_detect.cli.choices import TABLE_NAMES
 from hijack_detect.cli.common import PATH, BadInput, refusing_bad_input
-from hijack_detect.cli.completing import detectors, journals, states
+from hijack_detect.cli.completion import TABLE_NAMES, detectors, journals, states
 
 if TYPE_CHECKING:
-    from hijack_detect.recording.journal_query import JournalReader, Query
+    from hijack_detect.recording.journal_reader import JournalReader, Query
 
 STDOUT = Path("-")
 SHOWN = 50
@@ -53,12 +52,13 @@ def journal(
 
     Exits with 2 if there is no journal or it cannot be read.
     """
-    from hijack_detect.recording.journal_export import (  # noqa: PLC0415  slow to load
+    from hijack_detect.recording.journal_reader import (  # noqa: PLC0415  slow to load  # noqa: PLC0415
+        Query,
         nanoseconds,
+        open_journal,
         write_csv,
         write_json,
     )
-    from hijack_detect.recording.journal_query import Query, open_journal  # noqa: PLC0415
 
     path, table = _told_apart(words)
     if table is None and (csv_file or json_file or since or until or detector or state):

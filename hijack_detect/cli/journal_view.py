@@ -13,9 +13,8 @@ from rich.padding import Padding
 from rich.table import Table
 
 from hijack_detect.recording import schema
-from hijack_detect.recording.journal_export import utc
-from hijack_detect.recording.journal_query import JournalReader, Query
-from hijack_detect.recording.sqlite_file import files_of
+from hijack_detect.recording.journal import files_of
+from hijack_detect.recording.journal_reader import JournalReader, Query, utc
 
 FEW = 10
 HIDDEN = ("session", "received_ns", "variance_east", "variance_north", "variance_up")

@@ -15,13 +15,12 @@ from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.signals import SignalHandlerOptions
 
 from hijack_detect.cli.processes import interrupt_held
-from hijack_detect.detectors.fusion_parameters import FusionParameters
+from hijack_detect.detectors.fusion_decisions import FusionParameters
 from hijack_detect.live.picture import Picture
 from hijack_detect.live.server import Server
 from hijack_detect.monitor.parts import weights
 from hijack_detect.nodes.live_viewer import LiveViewer
-from hijack_detect.nodes.running import SPIN_S, end_soon
-from hijack_detect.nodes.security import NOT_BUILT_IN, is_asked_for, unprotected
+from hijack_detect.nodes.running import NOT_BUILT_IN, SPIN_S, end_soon, is_asked_for, unprotected
 
 
 def run_live(

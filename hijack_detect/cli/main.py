@@ -11,8 +11,7 @@ import click
 from click.shell_completion import CompletionItem
 
 from hijack_detect import __version__
-from hijack_detect.cli.common import BadInput
-from hijack_detect.cli.environment import add_own_prefix
+from hijack_detect.cli.common import BadInput, add_own_prefix
 
 EXTRAS = {
     **dict.fromkeys(("matplotlib", "plotly", "scipy"), "analysis"),

@@ -17,9 +17,9 @@ from hijack_detect.monitor.graph import MonitorParameters
 from hijack_detect.monitor.parts import Part
 from hijack_detect.monitor.policies import from_nodes, policy_parameters
 from hijack_detect.parameters import ParameterError, Parameters
-from hijack_detect.px4.parameters import Px4BridgeParameters
+from hijack_detect.px4.topics import Px4BridgeParameters
 from hijack_detect.recording.parameters import RecorderParameters
-from hijack_detect.spoofing.live_parameters import SpooferParameters
+from hijack_detect.spoofing.live import SpooferParameters
 from hijack_detect.yaml_text import plain_data
 
 BESIDE: Mapping[str, type[Parameters]] = {

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import click
 
-from hijack_detect.cli.choices import BESIDE_NAMES, POLICY_NAMES
 from hijack_detect.cli.common import refusing_bad_input
+from hijack_detect.cli.completion import BESIDE_NAMES, POLICY_NAMES
 
 
 @click.command()

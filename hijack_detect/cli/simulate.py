@@ -7,9 +7,8 @@ from pathlib import Path
 
 import click
 
-from hijack_detect.cli.choices import OPTIONAL_INPUTS, ROUTES
 from hijack_detect.cli.common import PATH, find_scenario, refusing_bad_input
-from hijack_detect.cli.completing import scenarios
+from hijack_detect.cli.completion import OPTIONAL_INPUTS, ROUTES, scenarios
 
 
 @click.command()

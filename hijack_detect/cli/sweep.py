@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hijack_detect.cli.choices import POLICY_NAMES
 from hijack_detect.cli.common import (
     EXIT_BAD_INPUT,
     PATH,
@@ -20,6 +19,7 @@ from hijack_detect.cli.common import (
     progress,
     refusing_bad_input,
 )
+from hijack_detect.cli.completion import POLICY_NAMES
 from hijack_detect.cli.evaluate import PROTOCOLS
 
 if TYPE_CHECKING:

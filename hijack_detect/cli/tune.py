@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hijack_detect.cli.choices import POLICY_NAMES
 from hijack_detect.cli.common import (
     PATH,
     PLACE,
@@ -20,7 +19,8 @@ from hijack_detect.cli.common import (
     progress,
     refusing_bad_input,
 )
-from hijack_detect.cli.completing import scenarios as scenario_names
+from hijack_detect.cli.completion import POLICY_NAMES
+from hijack_detect.cli.completion import scenarios as scenario_names
 
 if TYPE_CHECKING:
     from hijack_detect.evaluation.trials.parallel import Pool

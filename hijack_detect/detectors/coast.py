@@ -8,9 +8,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from hijack_detect.detectors.coast_bank import Change, CoastBank, Offsets
+from hijack_detect.detectors.coast_bank import Change, CoastBank, Offsets, Sustained, sustained
 from hijack_detect.detectors.coast_parameters import CoastParameters
-from hijack_detect.detectors.coast_score import Sustained, sustained
 from hijack_detect.detectors.flight_gate import FlightGate
 from hijack_detect.detectors.input_watch import InputWatch
 from hijack_detect.detectors.persistence import Excursion, Persistence
@@ -19,8 +18,7 @@ from hijack_detect.estimation.air_ekf import SIZE, WIND, AirEkf
 from hijack_detect.estimation.attitude_filter import AttitudeFilter
 from hijack_detect.estimation.attitude_parameters import AttitudeParameters
 from hijack_detect.estimation.ekf import Ekf, ProcessNoise
-from hijack_detect.estimation.gps_lag import LATE, late, late_words
-from hijack_detect.estimation.lag_ekf import Propagated
+from hijack_detect.estimation.lag_ekf import LATE, Propagated, late, late_words
 from hijack_detect.estimation.learning import NoiseScale
 from hijack_detect.estimation.rotation import Array
 from hijack_detect.estimation.velocity_error import VelocityNoise

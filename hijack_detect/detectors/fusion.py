@@ -7,11 +7,10 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from hijack_detect.detectors.fusion_decisions import decision
-from hijack_detect.detectors.fusion_parameters import FusionParameters
+from hijack_detect.detectors.fusion_decisions import FusionParameters, decision
 from hijack_detect.detectors.likelihood import Weight
 from hijack_detect.detectors.verdict import JUDGED, State, Verdict
-from hijack_detect.estimation.gps_lag import LATE, late_words
+from hijack_detect.estimation.lag_ekf import LATE, late_words
 from hijack_detect.estimation.receiver_health import POOR, poor_words
 from hijack_detect.streams.samples import NANOSECONDS
 

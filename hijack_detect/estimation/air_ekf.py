@@ -14,8 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hijack_detect.estimation.drag_model import SMALLEST_DRAG, drag_force
-from hijack_detect.estimation.drag_noise import DragNoise, ForceNoise
+from hijack_detect.estimation.drag_filter import SMALLEST_DRAG, DragNoise, ForceNoise, drag_force
 from hijack_detect.estimation.ekf import (
     ACCEL_BIAS,
     ATTITUDE,

@@ -24,8 +24,8 @@ from hijack_detect.estimation.ekf import (
 )
 from hijack_detect.estimation.filter_bank import FilterBank
 from hijack_detect.estimation.geodesy import LocalFrame
-from hijack_detect.estimation.gps_lag import MOST_GROWTH_S
 from hijack_detect.estimation.imu_buffer import ImuBuffer
+from hijack_detect.estimation.lag_ekf import MOST_GROWTH_S
 from hijack_detect.estimation.magnetic import declination, heading_error
 from hijack_detect.estimation.rotation import (
     Array,

@@ -6,7 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hijack_detect.parameters import Parameters, param
-from hijack_detect.streams.patience import sensor_patience
+from hijack_detect.streams.merge import sensor_patience
 
 
 @dataclass(frozen=True)

@@ -8,11 +8,11 @@ from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from hijack_detect.estimation.barometer import pressure_height
+from hijack_detect.detectors.barometer_check import pressure_height
 from hijack_detect.estimation.ekf import GRAVITY
 from hijack_detect.estimation.imu_health import ImuHealth
 from hijack_detect.parameters import Parameters, param
-from hijack_detect.streams.patience import sensor_patience
+from hijack_detect.streams.merge import sensor_patience
 from hijack_detect.streams.samples import (
     NANOSECONDS,
     FixSample,

@@ -8,7 +8,7 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from hijack_detect.estimation.gps_lag import GROWTH
+from hijack_detect.estimation.lag_ekf import GROWTH
 from hijack_detect.estimation.rotation import Array
 
 Lags: TypeAlias = npt.NDArray[np.bool_]

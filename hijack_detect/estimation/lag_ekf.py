@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,6 +24,33 @@ from hijack_detect.estimation.ekf import (
 from hijack_detect.estimation.kalman import Innovation
 from hijack_detect.estimation.rotation import Array
 from hijack_detect.streams.samples import Quaternion
+
+LATE_S = 0.33
+"""A lag beyond this is named: recorded receivers have 0.02 to 0.28 s, and no flight without a late
+GPS reaches it."""
+GROWTH = 0.15
+"""s/s. A latency grows no faster in flight: a link that fills up, 1.5 s within 10 s."""
+MOST_GROWTH_S = 1.5
+"""It grows by no more: what a link holds back without a loss that is seen as one."""
+LATE = "the GPS is late"
+LATE_GPS = "late_gps"
+"""Value: the lag, s, where it is beyond LATE_S."""
+LATE_FIGURES = frozenset({LATE_GPS})
+
+
+def late(*lags_s: float) -> dict[str, float]:
+    """The largest of some lags as a value of a verdict; empty unless it is beyond LATE_S."""
+    lag_s = max(lags_s)
+    return {LATE_GPS: lag_s} if lag_s > LATE_S else {}
+
+
+def late_words(values: Mapping[str, float]) -> str:
+    """A lag beyond its limit in words, empty without one.
+
+    It is the least that the GPS lags by.
+    """
+    return f"lags by {values[LATE_GPS]:.2f} s or more" if LATE_GPS in values else ""
+
 
 LAG, DIFFERENCE = 15, 16
 """Lag of the receiver's velocity, and how much longer that of its position is."""

@@ -6,6 +6,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import ipaddress
+import json
 from collections.abc import Awaitable
 from pathlib import Path
 from typing import Any
@@ -16,8 +17,34 @@ from tornado.iostream import StreamClosedError
 from tornado.locks import Condition
 from tornado.web import Application, HTTPError, RequestHandler
 
-from hijack_detect.live.feed import Feed
-from hijack_detect.live.picture import Cursor, Picture
+from hijack_detect.live.picture import Cursor, Frame, Picture
+
+
+def event(frame: Frame) -> bytes:
+    """A frame as a server-sent event: JSON, in which no number is NaN or infinite."""
+    text = json.dumps(frame, allow_nan=False, separators=(",", ":"))
+    return f"data: {text}\n\n".encode()
+
+
+class Feed:
+    """Hands out the events of a picture, in the server's thread."""
+
+    def __init__(self, picture: Picture) -> None:
+        """Read this picture."""
+        self._picture = picture
+        self._made: dict[Cursor | None, tuple[bytes, Cursor]] = {}
+
+    def tick(self) -> None:
+        """Look at the picture again from now on."""
+        self._made.clear()
+
+    def next(self, cursor: Cursor | None) -> tuple[bytes, Cursor]:
+        """The event with what a reader does not have yet, and its next cursor."""
+        if cursor not in self._made:
+            frame, after = self._picture.frame(cursor)
+            self._made[cursor] = event(frame), after
+        return self._made[cursor]
+
 
 SLOW_S = 10.0
 """A reader that takes nothing for this time is dropped."""

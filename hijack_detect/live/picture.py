@@ -6,16 +6,143 @@ from __future__ import annotations
 import math
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from itertools import islice
+from typing import Any, Generic, TypeVar
 
-from hijack_detect.detectors.verdict import JUDGED, State, Verdict
+from hijack_detect.contract import SILENT_S
+from hijack_detect.detectors.verdict import JUDGED, RAISED, State, Verdict
 from hijack_detect.estimation.geodesy import LocalFrame
-from hijack_detect.live.banner import Heard, said, sentence, word
-from hijack_detect.live.series import Curve, Series
 from hijack_detect.monitor.verdict_messages import FusionStatus
 from hijack_detect.streams.samples import NANOSECONDS, FixSample
+
+
+@dataclass(frozen=True, slots=True)
+class Heard:
+    """The newest of all that decides about the banner.
+
+    `silent_s` is the time since hijack_alert on a clock that nobody sets, None before the first;
+    `stale` is what the fusion says on /diagnostics while it can say nothing.
+    """
+
+    silent_s: float | None
+    alert: bool
+    fused: FusionStatus | None
+    stale: str
+    verdicts: Mapping[str, Verdict]
+
+
+def word(heard: Heard) -> str:
+    """One of silent, alarm, suspicious, degraded, not_observable, not_ready, normal."""
+    if heard.silent_s is None or heard.silent_s > SILENT_S:
+        return "silent"
+    return said(heard)
+
+
+def said(heard: Heard) -> str:
+    """What the monitor said last, be it silent since then or not."""
+    fused = heard.fused
+    if heard.alert or (fused is not None and fused.alert):
+        return State.ALARM.value
+    if heard.stale:
+        return "degraded"
+    if fused is None:
+        return State.NOT_READY.value
+    if fused.state in RAISED:
+        return State.SUSPICIOUS.value
+    if fused.degraded or fused.state is State.STALE:
+        return "degraded"
+    return str(fused.state.value)
+
+
+def sentence(heard: Heard) -> str:
+    """Why the monitor says that, in words."""
+    what, fused = said(heard), heard.fused
+    if what == "degraded" and heard.stale:
+        return heard.stale
+    if fused is None:
+        return "no fusion/verdict was heard yet"
+    if what == State.ALARM.value:
+        return fused.reason if fused.alert else "hijack_alert is true"
+    if what == State.SUSPICIOUS.value:
+        raised = [one for one in heard.verdicts.values() if one.state in RAISED]
+        return "; ".join(f"{one.detector}: {one.reason}" for one in raised) or fused.reason
+    if what == "degraded":
+        if not fused.degraded:
+            return fused.reason
+        return f"without {', '.join(fused.degraded)}: stopped, or never ready"
+    if what == State.NOT_OBSERVABLE.value:
+        return "no detector can tell in this phase of flight; the table has the reasons"
+    if what == State.NOT_READY.value:
+        return "the detectors are getting ready; the table has the reasons"
+    return _closest(heard.verdicts)
+
+
+def _closest(verdicts: Mapping[str, Verdict]) -> str:
+    judging = {name: one.margin for name, one in verdicts.items() if one.state in JUDGED}
+    if not judging:
+        return ""
+    name = max(judging, key=judging.__getitem__)
+    return f"nearest to its limit is {name}, at {judging[name]:.2f} of it"
+
+
+T = TypeVar("T")
+
+
+class Series(Generic[T]):
+    """The newest entries, each with a number that it keeps.
+
+    Attributes:
+        count: Number of entries that ever came; the number of the next one.
+    """
+
+    def __init__(self, most: int) -> None:
+        """Keep at most so many."""
+        self.count = 0
+        self._entries: deque[T] = deque(maxlen=most)
+
+    def append(self, entry: T) -> None:
+        """Add an entry; the oldest one goes if there are too many."""
+        self._entries.append(entry)
+        self.count += 1
+
+    @property
+    def last(self) -> T | None:
+        """The newest entry."""
+        return self._entries[-1] if self._entries else None
+
+    def since(self, number: int) -> list[T]:
+        """The entries from this number on, as far as they are kept."""
+        oldest = self.count - len(self._entries)
+        return list(islice(self._entries, max(0, number - oldest), None))
+
+
+class Curve:
+    """One value over time, thinned to its largest in each period so that no peak is lost."""
+
+    def __init__(self, most: int, period_s: float) -> None:
+        """Keep at most so many points, one for each period."""
+        self.points: Series[tuple[float, float | None]] = Series(most)
+        self._period_s = period_s
+        self._peak: tuple[float, float] | None = None
+
+    def hear(self, time_s: float, value: float | None) -> None:
+        """Take the next value; None is a gap."""
+        peak = self._peak
+        if peak is not None and (value is None or self._period(time_s) != self._period(peak[0])):
+            self.points.append(peak)
+            self._peak = peak = None
+        if value is not None:
+            if peak is None or value >= peak[1]:
+                self._peak = time_s, value
+        elif self.points.last is not None and self.points.last[1] is not None:
+            self.points.append((time_s, None))
+
+    def _period(self, time_s: float) -> int:
+        return int(time_s // self._period_s)
+
 
 KEPT_S = 600.0
 PERIOD_S = 0.25

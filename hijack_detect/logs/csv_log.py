@@ -4,15 +4,222 @@
 from __future__ import annotations
 
 import heapq
-from collections.abc import Iterator
+import math
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 from hijack_detect.bags.errors import BagError
+from hijack_detect.logs.csv_inputs import Fix, Input
 from hijack_detect.logs.csv_map import ColumnMap
-from hijack_detect.logs.csv_source import Header, Source
 from hijack_detect.logs.csv_table import Form, named_columns, rows
+from hijack_detect.logs.csv_units import nanoseconds
+from hijack_detect.logs.csv_words import Column, HasFix, Time
 from hijack_detect.logs.logged import Logged, Notes, Read, Wanted
+from hijack_detect.streams.messages import Limited, limited
+from hijack_detect.streams.samples import NANOSECONDS, Quaternion, Sample
+
+WORDS = {
+    "angular_velocity": "gyro",
+    "linear_acceleration": "accel",
+    "magnetic_field": "field",
+    "fluid_pressure": "pressure",
+    "satellites": "count",
+}
+"""What a column map calls the fields of messages, where it is another word."""
+
+
+def impossible(reading: Sample | Quaternion) -> str:
+    """What no sensor can mean in a reading, empty if there is nothing."""
+    for field, value, unit, low, high in _numbers(reading):
+        if not low <= value <= high:
+            name = field.split(".")[0]
+            shown = f"{value:g} {unit}, beyond {low:g} to {high:g}"
+            return f"{WORDS.get(name, name)} would be {shown}"
+    return ""
+
+
+def _numbers(reading: Sample | Quaternion) -> Iterator[Limited]:
+    if not isinstance(reading, tuple):
+        yield from limited(reading)
+        return
+    for value in reading:
+        yield Limited("quaternion", value, "", -1.001, 1.001)
+
+
+TRUE, FALSE = ("true", "yes"), ("false", "no")
+
+
+class _BadRow(ValueError):
+    """A row that gives no reading; why, and in which column."""
+
+
+@dataclass(frozen=True)
+class Header:
+    """Finds columns by name or number.
+
+    Attributes:
+        path: The file, for errors.
+        names: Names of the columns, in order.
+        form: How the file is written.
+    """
+
+    path: Path
+    names: Sequence[str]
+    form: Form
+
+    def place(self, column: Column, what: str) -> int:
+        """Where a column is in a row.
+
+        Raises:
+            BagError: There is no such column, or several.
+        """
+        if isinstance(column, int):
+            if column > len(self.names):
+                raise BagError(f"{self.path}: {what}: has no column {column}, only {self._all()}")
+            return column - 1
+        found = [at for at, name in enumerate(self.names) if name == column]
+        if len(found) == 1:
+            return found[0]
+        if found:
+            numbers = ", ".join(str(at + 1) for at in found)
+            raise BagError(
+                f"{self.path}: {what}: several columns are called {column!r}: give a number "
+                f"({numbers}) in place of the name"
+            )
+        raise BagError(f"{self.path}: {what}: has no column {column!r}; it has {self._all()}")
+
+    def _all(self) -> str:
+        return ", ".join(self.names) if self.form.header else f"{len(self.names)} columns"
+
+
+class Source:
+    """Makes readings of one input; see `logged` and `tell`."""
+
+    def __init__(self, name: str, given: Input, time: Time, header: Header, decimal: str) -> None:
+        """Find its columns.
+
+        Raises:
+            BagError: One is not there.
+        """
+        what = f"inputs.{name}"
+        self._name, self._given, self._header, self._decimal = name, given, header, decimal
+        self._time = time
+        self._time_at = header.place(time.column, what)
+        self._at = [header.place(column, what) for column in given.columns()]
+        self._has_fix: HasFix | None = given.has_fix if isinstance(given, Fix) else None
+        self._has_fix_at = -1
+        if self._has_fix is not None:
+            self._has_fix_at = header.place(self._has_fix.column, what)
+        flags = [] if self._has_fix is None else [self._has_fix_at]
+        own_time = [] if given.time is None else [self._time_at]
+        self._compared = [*self._at, *flags, *own_time]
+        self._before: list[str] = []
+        self._last_ns = -1
+        self._bad: Counter[str] = Counter()
+        self._first_bad: dict[str, str] = {}
+        self._taken = self._same = self._backwards = 0
+        self._first_backwards = ""
+
+    def logged(self, line: int, row: list[str]) -> Logged | None:
+        """The reading of a row, None if it has none or is bad, which is counted."""
+        try:
+            found = self._reading(row)
+        except _BadRow as error:
+            column, _, why = str(error).partition(": ")
+            key = f"{self._header.path.name}: {self._name}: column {column}"
+            self._bad[key] += 1
+            self._first_bad.setdefault(key, f"line {line}, column {column}: {why}")
+            return None
+        if found is None:
+            return None
+        self._taken += 1
+        if found.stamp_ns < self._last_ns:
+            back_s = (self._last_ns - found.stamp_ns) / NANOSECONDS
+            self._first_backwards = self._first_backwards or f"line {line}, by {back_s:g} s"
+            self._backwards += 1
+        self._last_ns = found.stamp_ns
+        return found
+
+    def tell(self, notes: Notes) -> None:
+        """Say what was left out, once all rows were read.
+
+        Raises:
+            BagError: No row has given a reading.
+        """
+        path = self._header.path
+        if not self._taken:
+            first = "; ".join(self._first_bad.values())
+            why = f"all are bad: {first}" if first else "its columns are empty in every row"
+            raise BagError(f"{path}: no row gives a reading of {self._name}: {why}")
+        for key, count in self._bad.items():
+            notes.skipped[f"{key}: bad rows, first {self._first_bad[key]}"] += count
+        if self._same:
+            notes.skipped[f"{path.name}: {self._name}: rows that repeat the one before"] += (
+                self._same
+            )
+        if self._backwards:
+            notes.said.append(
+                f"{path.name}: time of {self._name} goes backwards {self._backwards} times, first "
+                f"in {self._first_backwards}"
+            )
+
+    def _reading(self, row: list[str]) -> Logged | None:
+        texts = [row[at].strip() if at < len(row) else "" for at in self._compared]
+        values = texts[: len(self._at)]
+        flag = texts[len(self._at)] if self._has_fix is not None else ""
+        has_fix = self._fix_said(flag) if flag else self._has_fix is None
+        needed = values[: len(values) - self._given.optional]
+        if (has_fix and not all(needed)) or (not has_fix and not flag):
+            return None
+        if self._given.when_changed:
+            if texts == self._before:
+                self._same += 1
+                return None
+            self._before = texts
+        stamp_ns = self._stamp_ns(row)
+        if not has_fix:
+            assert isinstance(self._given, Fix)
+            return self._given.none(stamp_ns)
+        numbers = [
+            self._number(at, text) if text else math.nan
+            for at, text in zip(self._at, values, strict=True)
+        ]
+        found = self._given.logged(stamp_ns, numbers)
+        if why := impossible(found.value):
+            names = [self._label(at) for at in self._at]
+            raise _BadRow(f"{'/'.join(dict.fromkeys(names))}: {why}: are unit and column right?")
+        return found
+
+    def _stamp_ns(self, row: list[str]) -> int:
+        text = row[self._time_at].strip() if self._time_at < len(row) else ""
+        written = text.replace(",", ".") if self._decimal == "," else text
+        try:
+            return nanoseconds(written, self._time.unit)
+        except ValueError as error:
+            raise _BadRow(f"{self._label(self._time_at)}: {text!r} {error}") from error
+
+    def _number(self, at: int, text: str) -> float:
+        try:
+            value = float(text.replace(",", ".") if self._decimal == "," else text)
+        except ValueError as error:
+            advice = ": is the decimal a comma?" if "," in text else ""
+            raise _BadRow(f"{self._label(at)}: {text!r} is no number{advice}") from error
+        if not math.isfinite(value):
+            raise _BadRow(f"{self._label(at)}: {text!r} is not finite")
+        return value
+
+    def _fix_said(self, text: str) -> bool:
+        assert self._has_fix is not None
+        if text.lower() in (*TRUE, *FALSE):
+            return text.lower() in TRUE
+        return self._number(self._has_fix_at, text) >= self._has_fix.at_least
+
+    def _label(self, at: int) -> str:
+        return self._header.names[at]
+
 
 FORMAT = "CSV"
 

@@ -8,7 +8,7 @@ import re
 from datetime import datetime, timezone
 from decimal import Decimal, InvalidOperation
 
-from hijack_detect.logs.units import GAUSS_T, HECTOPASCAL_PA, MILLI, MILLIGAUSS_T, MILLIGRAVITY
+from hijack_detect.logs.frames import GAUSS_T, HECTOPASCAL_PA, MILLI, MILLIGAUSS_T, MILLIGRAVITY
 from hijack_detect.streams.samples import NANOSECONDS
 
 KNOT = 1852.0 / 3600.0

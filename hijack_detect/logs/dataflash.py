@@ -11,10 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from hijack_detect.bags.errors import BagError
-from hijack_detect.logs.frames import enu, flu, from_angles
+from hijack_detect.logs.frames import FIX_3D, MILLIGAUSS_T, enu, flu, from_angles
 from hijack_detect.logs.logged import ATTITUDE, Logged, Notes, Wanted, fix_sample
 from hijack_detect.logs.receiver_clock import ReceiverClock, receiver_clock
-from hijack_detect.logs.units import FIX_3D, MILLIGAUSS_T
 from hijack_detect.streams.samples import (
     NANOSECONDS,
     ImuSample,

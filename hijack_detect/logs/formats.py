@@ -15,10 +15,9 @@ from hijack_detect.bags.reader import BagReader
 from hijack_detect.bags.topics import PRESETS
 from hijack_detect.bags.writer import BagWriter
 from hijack_detect.logs import csv_log, dataflash, mcap, rosbag, tlog, ulog
-from hijack_detect.logs.csv_guess import known_map
 from hijack_detect.logs.csv_map import ColumnMap
 from hijack_detect.logs.csv_table import guessed_form
-from hijack_detect.logs.csv_template import advice
+from hijack_detect.logs.csv_template import advice, known_map
 from hijack_detect.logs.logged import ATTITUDE, Notes, Read, Wanted
 
 SQLITE = b"SQLite format 3"

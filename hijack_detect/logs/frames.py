@@ -8,6 +8,14 @@ import math
 from hijack_detect.estimation.rotation import exponential, multiply
 from hijack_detect.streams.samples import Quaternion, Vector3
 
+GAUSS_T, MILLIGAUSS_T = 1e-4, 1e-7
+MILLIGRAVITY = 9.80665e-3
+MILLI = 1e-3
+HECTOPASCAL_PA = 100.0
+FIX_3D = 3
+"""From this type on a fix has a place, in PX4 as in ArduPilot and MAVLink."""
+
+
 _NED_TO_ENU: Quaternion = (math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0)
 _FLU_TO_FRD: Quaternion = (1.0, 0.0, 0.0, 0.0)
 

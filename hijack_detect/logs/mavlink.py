@@ -12,16 +12,16 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from hijack_detect.logs.frames import flu
-from hijack_detect.logs.logged import Logged, fix_sample
-from hijack_detect.logs.units import (
+from hijack_detect.logs.frames import (
     FIX_3D,
     GAUSS_T,
     HECTOPASCAL_PA,
     MILLI,
     MILLIGAUSS_T,
     MILLIGRAVITY,
+    flu,
 )
+from hijack_detect.logs.logged import Logged, fix_sample
 from hijack_detect.streams.absence import UNKNOWN_COUNT
 from hijack_detect.streams.samples import (
     ImuSample,

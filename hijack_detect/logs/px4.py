@@ -8,9 +8,8 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any
 
-from hijack_detect.logs.frames import enu, flu
+from hijack_detect.logs.frames import FIX_3D, GAUSS_T, enu, flu
 from hijack_detect.logs.logged import Logged, fix_sample
-from hijack_detect.logs.units import FIX_3D, GAUSS_T
 from hijack_detect.streams.absence import UNKNOWN_COUNT
 from hijack_detect.streams.messages import BadMessage
 from hijack_detect.streams.samples import (

@@ -13,8 +13,8 @@ from hijack_detect.bags.topics import NEEDED, PRESETS, TYPES
 from hijack_detect.logs import px4
 from hijack_detect.logs.frames import attitude
 from hijack_detect.logs.logged import ATTITUDE, Logged, Notes, Wanted
-from hijack_detect.streams.headerless import SATELLITES, SatelliteStamps
 from hijack_detect.streams.messages import BadMessage, check
+from hijack_detect.streams.satellites import SATELLITES, SatelliteStamps
 
 STANDARD = {kind: name for name, kind in TYPES.items() if name != "satellites"}
 

@@ -14,10 +14,9 @@ import numpy as np
 
 from hijack_detect.bags.errors import BagError
 from hijack_detect.logs import px4
-from hijack_detect.logs.frames import attitude, flu
+from hijack_detect.logs.frames import GAUSS_T, attitude, flu
 from hijack_detect.logs.logged import ATTITUDE, Logged, Notes, Wanted
 from hijack_detect.logs.receiver_clock import ReceiverClock, receiver_clock
-from hijack_detect.logs.units import GAUSS_T
 from hijack_detect.streams.samples import (
     ImuSample,
     MagneticSample,

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Protocol
 
+from hijack_detect.contract import SILENT_S, START_S
 from hijack_detect.mavlink.codec import TEXT_BYTES
 from hijack_detect.monitor.verdict_messages import FusionStatus
-from hijack_detect.promise import SILENT_S, START_S
 from hijack_detect.streams.samples import NANOSECONDS
 
 SILENT_NS, START_NS = round(SILENT_S * NANOSECONDS), round(START_S * NANOSECONDS)

@@ -11,19 +11,17 @@ from collections import Counter
 from collections.abc import Callable
 from typing import Any, Protocol
 
-from hijack_detect.level import Level
+from hijack_detect.contract import Level
 from hijack_detect.logs import mavlink as readings
 from hijack_detect.logs.logged import Logged
 from hijack_detect.mavlink.alarm import Alarm, Memory, Text
 from hijack_detect.mavlink.clock import AutopilotClock
 from hijack_detect.mavlink.codec import Codec
-from hijack_detect.mavlink.command import Commander
+from hijack_detect.mavlink.commands import Commander, Order
 from hijack_detect.mavlink.inputs import KINDS, RANKS, Inputs
 from hijack_detect.mavlink.link import Address
-from hijack_detect.mavlink.orders import Order
 from hijack_detect.mavlink.parameters import BridgeParameters
-from hijack_detect.mavlink.rates import Rates
-from hijack_detect.mavlink.vehicle import ADDRESS, Search, Vehicle, address_of
+from hijack_detect.mavlink.vehicle import ADDRESS, Rates, Search, Vehicle, address_of
 from hijack_detect.streams.samples import NANOSECONDS
 
 HEARTBEAT_NS = NANOSECONDS

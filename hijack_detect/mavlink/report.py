@@ -7,7 +7,7 @@ import math
 from collections import Counter
 from dataclasses import dataclass
 
-from hijack_detect.level import Level
+from hijack_detect.contract import Level
 from hijack_detect.mavlink.bridge import Bridge
 from hijack_detect.mavlink.codec import Codec
 from hijack_detect.streams.samples import NANOSECONDS

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, TypeVar
 
-from hijack_detect.detectors.fusion_parameters import FusionParameters
+from hijack_detect.detectors.fusion_decisions import FusionParameters
 from hijack_detect.monitor.parts import PARTS, Part, weights
 from hijack_detect.monitor.stage import Component, Stage
 from hijack_detect.parameters import Parameters

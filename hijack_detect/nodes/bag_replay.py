@@ -33,16 +33,13 @@ from std_msgs.msg import Bool, Float64
 from std_srvs.srv import Trigger
 
 from hijack_detect.nodes.diagnostics import Diagnostics
-from hijack_detect.nodes.message_types import message_class
-from hijack_detect.nodes.messages import time_message
+from hijack_detect.nodes.messages import message_class, time_message
 from hijack_detect.nodes.parameters import current, declare, own_changes
 from hijack_detect.nodes.progress import ProgressBar
 from hijack_detect.nodes.qos import STATE
 from hijack_detect.nodes.running import EXIT_BAD_INPUT, run
 from hijack_detect.parameters import ParameterError
-from hijack_detect.replay.playback import Outgoing, Playback
-from hijack_detect.replay.playback_parameters import ReplayParameters
-from hijack_detect.replay.playback_topics import TRUTH_TOPIC
+from hijack_detect.replay.playback import TRUTH_TOPIC, Outgoing, Playback, ReplayParameters
 from hijack_detect.replay.player import Player, State, Tick
 
 LOSSLESS = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)

@@ -12,7 +12,7 @@ lags by more than receivers do.
 from __future__ import annotations
 
 from hijack_detect.detectors.verdict import Verdict
-from hijack_detect.estimation.gps_lag import LATE, LATE_FIGURES, late_words
+from hijack_detect.estimation.lag_ekf import LATE, LATE_FIGURES, late_words
 from hijack_detect.monitor.parts import Part
 from hijack_detect.nodes.detector_node import DetectorNode, run_detector
 from hijack_detect.nodes.receiver_report import ReceiverReport, Subject

@@ -21,8 +21,8 @@ from hijack_detect.nodes.outlet import Outlet
 from hijack_detect.nodes.stage_node import StageNode, row_of, run_part
 from hijack_detect.nodes.wiring import IMU_TOPIC, INPUTS, SATELLITES, Wiring, inputs_of
 from hijack_detect.parameters import Parameters
-from hijack_detect.streams.headerless import SatelliteStamps
 from hijack_detect.streams.receiver_clock import REFERENCE, STAMPED
+from hijack_detect.streams.satellites import SatelliteStamps
 
 MARGIN = "margin"
 """The figure that every detector has: score over threshold, so that all fit on one plot."""

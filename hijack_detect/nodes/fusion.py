@@ -21,19 +21,19 @@ from rclpy.clock import Clock, ClockType
 from std_msgs.msg import Bool, Float64
 from std_srvs.srv import Trigger
 
+from hijack_detect.contract import REPEAT_S
 from hijack_detect.detectors.fusion import SILENT_S, Fusion, FusionResult
-from hijack_detect.detectors.fusion_parameters import FusionParameters
+from hijack_detect.detectors.fusion_decisions import FusionParameters
 from hijack_detect.detectors.verdict import State
 from hijack_detect.monitor.parts import Part, weights
 from hijack_detect.monitor.verdict_messages import verdict_from
+from hijack_detect.nodes.diagnostics import PublisherWatch
 from hijack_detect.nodes.messages import fusion_message
 from hijack_detect.nodes.outlet import Outlet
-from hijack_detect.nodes.publishers import PublisherWatch
 from hijack_detect.nodes.qos import ALERT, INTERNAL
 from hijack_detect.nodes.stage_node import StageNode, row_of, run_part
-from hijack_detect.nodes.survival import Survivor
+from hijack_detect.nodes.state_file import Survivor
 from hijack_detect.nodes.wiring import Input, Wiring
-from hijack_detect.promise import REPEAT_S
 from hijack_detect.streams.samples import NANOSECONDS
 
 ALERT_TOPIC = "hijack_alert"

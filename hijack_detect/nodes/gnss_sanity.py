@@ -20,7 +20,7 @@ from hijack_detect.estimation.clock_rate import clock_words
 from hijack_detect.estimation.receiver_health import POOR, POOR_FIGURES, poor_words
 from hijack_detect.monitor.parts import Part
 from hijack_detect.nodes.detector_node import DetectorNode, run_detector
-from hijack_detect.nodes.publishers import PublisherWatch
+from hijack_detect.nodes.diagnostics import PublisherWatch
 from hijack_detect.nodes.receiver_report import ReceiverReport, Subject
 from hijack_detect.nodes.wiring import Wiring
 

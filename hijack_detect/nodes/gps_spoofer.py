@@ -33,8 +33,7 @@ from hijack_detect.nodes.diagnostics import Diagnostics
 from hijack_detect.nodes.parameters import current, declare, naming, own_changes
 from hijack_detect.nodes.qos import INTERNAL, OVERRIDES, SENSOR, STATE, remembered
 from hijack_detect.nodes.running import run
-from hijack_detect.spoofing.live import LiveSpoofer
-from hijack_detect.spoofing.live_parameters import USED, SpooferParameters, chosen_attack
+from hijack_detect.spoofing.live import USED, LiveSpoofer, SpooferParameters, chosen_attack
 from hijack_detect.spoofing.on_messages import SPOOFED_INPUTS, SpoofedMessages
 from hijack_detect.spoofing.scenario import Scenario
 from hijack_detect.streams.messages import BadMessage

@@ -22,7 +22,7 @@ from std_msgs.msg import Bool
 
 from hijack_detect.bags.encoding import encode_sample
 from hijack_detect.bags.topics import OWN_TOPICS, TYPES
-from hijack_detect.level import Level
+from hijack_detect.contract import Level
 from hijack_detect.logs.logged import Logged
 from hijack_detect.mavlink.alarm import cause_of
 from hijack_detect.mavlink.bridge import Bridge
@@ -32,13 +32,12 @@ from hijack_detect.mavlink.parameters import BridgeParameters
 from hijack_detect.mavlink.report import INPUTS, Reporter
 from hijack_detect.mavlink.worker import Worker
 from hijack_detect.monitor.verdict_messages import fusion_from
-from hijack_detect.nodes.commanded import Commanded
-from hijack_detect.nodes.diagnostics import Diagnostics
-from hijack_detect.nodes.levels import STATUS_LEVELS, log
-from hijack_detect.nodes.message_types import message_class
+from hijack_detect.nodes.diagnostics import STATUS_LEVELS, Diagnostics, log
+from hijack_detect.nodes.messages import message_class
 from hijack_detect.nodes.parameters import declare, naming
 from hijack_detect.nodes.qos import INTERNAL, OVERRIDES
 from hijack_detect.nodes.running import run
+from hijack_detect.nodes.state_file import Commanded
 from hijack_detect.streams.messages import BadMessage
 
 NEWS = QoSProfile(

@@ -3,8 +3,13 @@
 
 from __future__ import annotations
 
+import importlib
+import importlib.util
 import math
+import re
 from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -15,6 +20,21 @@ from hijack_detect.detectors.fusion import FusionResult
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.monitor.verdict_messages import fusion_values, verdict_values
 from hijack_detect.streams.samples import NANOSECONDS, AttitudeSample, CourseSample, PhaseSample
+
+
+def message_class(msgtype: str) -> Any:
+    """Return the class of a message type such as std_msgs/msg/Bool, None if not installed.
+
+    A bag can name any package: only those that contain messages are imported.
+    """
+    match = re.fullmatch(r"([a-z][a-z0-9_]*)/msg/([A-Z][A-Za-z0-9]*)", msgtype)
+    found = importlib.util.find_spec(match[1]) if match else None
+    folders = (found and found.submodule_search_locations) or []
+    if match is None or not any(Path(folder, "msg").is_dir() for folder in folders):
+        return None
+    kind = getattr(importlib.import_module(f"{match[1]}.msg"), match[2], None)
+    return kind if hasattr(kind, "get_fields_and_field_types") else None
+
 
 LEVELS = {
     State.NOT_READY: DiagnosticStatus.OK,

@@ -23,14 +23,19 @@ from hijack_detect.bags.encoding import encode_sample
 from hijack_detect.bags.topics import NEEDED, OWN_TOPICS, TYPES
 from hijack_detect.logs.px4 import PACKAGE
 from hijack_detect.nodes.diagnostics import Diagnostics
-from hijack_detect.nodes.message_types import message_class
+from hijack_detect.nodes.messages import message_class
 from hijack_detect.nodes.parameters import declare, naming
 from hijack_detect.nodes.qos import INTERNAL, OVERRIDES, SENSOR
 from hijack_detect.nodes.running import run
 from hijack_detect.px4.clock import Px4Clock
 from hijack_detect.px4.feed import Feed, OtherVersion
-from hijack_detect.px4.parameters import Px4BridgeParameters
-from hijack_detect.px4.topics import GET_PX4_MSGS, MISSING, Px4Topic, px4_topics
+from hijack_detect.px4.topics import (
+    GET_PX4_MSGS,
+    MISSING,
+    Px4BridgeParameters,
+    Px4Topic,
+    px4_topics,
+)
 from hijack_detect.streams.messages import BadMessage
 
 REPORT_S = 1.0

@@ -27,18 +27,17 @@ from std_msgs.msg import String
 
 from hijack_detect import __version__
 from hijack_detect.bags.topics import OWN_TOPICS, TYPES
-from hijack_detect.level import Level
+from hijack_detect.contract import Level
 from hijack_detect.monitor.parts import DETECTORS
 from hijack_detect.monitor.verdict_messages import verdict_from
-from hijack_detect.nodes.diagnostics import Diagnostics
-from hijack_detect.nodes.levels import STATUS_LEVELS, log
-from hijack_detect.nodes.message_types import message_class
+from hijack_detect.nodes.diagnostics import STATUS_LEVELS, Diagnostics, log
+from hijack_detect.nodes.messages import message_class
 from hijack_detect.nodes.parameters import declare, naming
 from hijack_detect.nodes.qos import INTERNAL, OVERRIDES, SENSOR, STATE
 from hijack_detect.nodes.running import run
+from hijack_detect.recording.black_box import FUSION, Source
 from hijack_detect.recording.parameters import RecorderParameters
 from hijack_detect.recording.recorder import Recorder
-from hijack_detect.recording.source import FUSION, Source
 
 JOURNALED = ("fix", "velocity", "satellites")
 FLAGS = ("hijack_alert", "spoof_active")

@@ -5,9 +5,13 @@ from __future__ import annotations
 
 import json
 import os
+import time
 from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
+
+from hijack_detect.detectors.fusion import Latched
 
 BOOT = Path("/proc/sys/kernel/random/boot_id")
 
@@ -52,3 +56,85 @@ class StateFile:
 def _boot_id() -> str:
     """Which start of the machine this is; empty where that is not known."""
     return BOOT.read_text(encoding="ascii").strip() if BOOT.is_file() else ""
+
+
+class Survivor:
+    """A file with the latched alert of one fusion node.
+
+    It says when the node was last alive, in the time since the machine was started, which no
+    clock that is set can change. Who starts within `survive_s` of that goes on with the alert.
+    """
+
+    def __init__(self, node: str, survive_s: float) -> None:
+        """Name the file by ROS domain and node.
+
+        Args:
+            node: Full name of the node.
+            survive_s: Longest time between the last sign of life and a new start, s.
+        """
+        self._file = StateFile("alert", node)
+        self.path = self._file.path
+        self._survive_s = survive_s
+
+    def write(self, alert: Latched) -> None:
+        """Note the alert, and that the node is alive.
+
+        Raises:
+            OSError: The file cannot be written.
+        """
+        self._file.write({"alive_s": _uptime_s(), "alert": asdict(alert)})
+
+    def read(self) -> Latched | None:
+        """The alert to go on with, None if there is none, or what is there cannot be used."""
+        told = self._file.read()
+        if told is None:
+            return None
+        try:
+            if not 0.0 <= _uptime_s() - float(told["alive_s"]) <= self._survive_s:
+                return None
+            alert = told["alert"]
+            return Latched(
+                int(alert["since_ns"]),
+                str(alert["cause"]),
+                tuple(map(str, alert["causes"])),
+                float(alert["confidence"]),
+            )
+        except (ValueError, ArithmeticError, LookupError, TypeError, RecursionError):
+            return None
+
+    def forget(self) -> None:
+        """Take the file away: the alert was taken back, or the node was asked to end."""
+        self._file.forget()
+
+
+def _uptime_s() -> float:
+    return time.clock_gettime(time.CLOCK_BOOTTIME)
+
+
+class Commanded:
+    """A file with the alert on which a node has commanded the autopilot; a `Memory`.
+
+    A node that is started again in the middle of an alert must not command a second time: by then
+    a pilot may have taken over.
+    """
+
+    def __init__(self, node: str) -> None:
+        """Name the file by ROS domain and full name of the node."""
+        self._file = StateFile("commanded", node)
+
+    def read(self) -> str | None:
+        """See Memory."""
+        told = self._file.read()
+        return None if told is None or "since_ns" not in told else str(told["since_ns"])
+
+    def write(self, since: str) -> None:
+        """See Memory.
+
+        Raises:
+            OSError: It cannot be written.
+        """
+        self._file.write({"since_ns": since})
+
+    def forget(self) -> None:
+        """See Memory."""
+        self._file.forget()

@@ -10,14 +10,59 @@ the log is emptied into the file before it has grown over its share.
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
 
 from hijack_detect.recording import schema
+from hijack_detect.recording.problems import JournalError
 from hijack_detect.recording.rows import Row
-from hijack_detect.recording.sqlite_file import ERRORS, Transaction, is_damage
+
+ERRORS = (sqlite3.Error, UnicodeDecodeError)
+"""What SQLite raises; the latter where its words on the damage are none."""
+
+
+class Transaction:
+    """Commits when its block ends, and takes everything back when it fails."""
+
+    def __init__(self, database: sqlite3.Connection) -> None:
+        self._database = database
+
+    def __enter__(self) -> None:
+        self._database.execute("BEGIN IMMEDIATE")
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        if kind is None:
+            try:
+                self._database.execute("COMMIT")
+                return
+            except sqlite3.Error:
+                self._undo()
+                raise
+        self._undo()
+
+    def _undo(self) -> None:
+        if self._database.in_transaction:
+            self._database.execute("ROLLBACK")
+
+
+def is_damage(error: Exception) -> bool:
+    """Whether an error means that the content of the file is not that of a database."""
+    if isinstance(error, UnicodeDecodeError):
+        return True
+    text = str(error)
+    words = ("malformed", "not a database", "unsupported file format", "not decode to UTF-8")
+    return isinstance(error, sqlite3.DatabaseError) and any(one in text for one in words)
+
+
+def files_of(path: Path) -> Iterator[Path]:
+    """The files that belong to a database, those that exist."""
+    for suffix in ("", "-wal", "-shm"):
+        one = Path(f"{path}{suffix}")
+        if one.exists():
+            yield one
+
 
 PAGE_BYTES = 4096
 LOG_BYTES = 8_000_000
@@ -28,10 +73,6 @@ LOCK_WAIT_S = 0.1
 """A reader locks the file for moments only."""
 PRUNE_ROWS = 500
 """Rows deleted at once; small, so that one deletion never fills the log."""
-
-
-class JournalError(ValueError):
-    """The file cannot be used as a journal; the text names it and says what to do."""
 
 
 class AlienFileError(JournalError):

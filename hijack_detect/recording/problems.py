@@ -5,8 +5,37 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from pathlib import Path
 
-from hijack_detect.level import Tell
+from hijack_detect.contract import Tell
+from hijack_detect.recording.folder_lock import FolderInUseError
+
+
+class JournalError(ValueError):
+    """The file cannot be used as a journal; the text names it and says what to do."""
+
+
+_ADVICE = {
+    "full": "make room on the disk",
+    "no space": "make room on the disk",
+    "too large": "make room, or raise the limit for the size of files",
+    "disk i/o error": "check the disk, and whether it is full",
+    "readonly": "make the folder writable, or choose another 'folder'",
+    "read-only": "make the folder writable, or choose another 'folder'",
+    "permission": "make the folder writable, or choose another 'folder'",
+    "locked": "close the other program that uses the file",
+}
+_OTHERWISE = "check the disk, or choose another 'folder'"
+
+
+def told(path: Path, error: Exception) -> str:
+    """One sentence: which file, what is wrong, what to do."""
+    if isinstance(error, (FolderInUseError, JournalError)):
+        return str(error)
+    text = " ".join(str(error).split())
+    advice = next((say for key, say in _ADVICE.items() if key in text.lower()), _OTHERWISE)
+    return f"{path}: cannot be written ({text}); {advice}"
+
 
 RETRY_S = 3.0
 

@@ -13,8 +13,7 @@ from typing import Any
 
 from hijack_detect.detectors.verdict import Verdict
 from hijack_detect.monitor.verdict_messages import FusionStatus
-from hijack_detect.recording.snapshot import Written
-from hijack_detect.recording.snapshot_folder import SNAPSHOTS
+from hijack_detect.recording.snapshots import SNAPSHOTS, Written
 from hijack_detect.streams.messages import header_stamp_ns
 
 MAX_TEXT = 2000

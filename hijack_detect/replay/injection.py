@@ -14,13 +14,12 @@ from hijack_detect.bags.reader import BagReader, RawMessage
 from hijack_detect.bags.samples import Rejected, Rejection
 from hijack_detect.bags.topics import TYPES
 from hijack_detect.bags.writer import BagWriter
-from hijack_detect.replay.flight_label import attack_label
-from hijack_detect.replay.message_spoofer import MessageSpoofer
-from hijack_detect.replay.playback_topics import is_answer
+from hijack_detect.replay.playback import MessageSpoofer, is_answer
 from hijack_detect.replay.truth import (
     LABEL,
     MEASURED_FIX,
     SPOOF_ACTIVE,
+    attack_label,
     known_attack,
     read_label,
 )

@@ -3,19 +3,260 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import re
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from hijack_detect.bags.errors import BagError
 from hijack_detect.bags.reader import BagReader, RawMessage, typestore
 from hijack_detect.bags.samples import Rejected, Rejection
-from hijack_detect.replay.message_spoofer import MessageSpoofer
-from hijack_detect.replay.playback_parameters import ReplayParameters
-from hijack_detect.replay.playback_topics import Routes, routes
-from hijack_detect.spoofing.on_messages import SPOOFED_INPUTS
+from hijack_detect.bags.topics import OWN_TOPICS, PRESETS, TYPES, TopicMap
+from hijack_detect.parameters import Parameters, param
+from hijack_detect.spoofing.on_messages import SPOOFED_INPUTS, SpoofedMessages
 from hijack_detect.spoofing.scenario import Scenario, load_scenario
+from hijack_detect.spoofing.spoofer import Spoofer
 from hijack_detect.streams.cdr import stamp_from_bytes, with_stamp
+from hijack_detect.streams.messages import BadMessage
 from hijack_detect.streams.samples import NANOSECONDS
+
+
+@dataclass(frozen=True)
+class ReplayParameters(Parameters):
+    """What is replayed, how fast, and with which attack."""
+
+    bag: str = param("", "Bag to replay: a rosbag2 directory or an mcap file. Required.")
+    scenario: str = param(
+        "", "Scenario file of attacks to inject; their times count from the bag's first message."
+    )
+    preset: str = param(
+        "auto",
+        "Names of the inputs in the bag; `auto` finds them. They are published as imu/data_raw, "
+        "gps/fix, gps/vel, mag, pressure and gps/satellites.",
+        choices=("auto", *PRESETS),
+    )
+    rate: float = param(
+        1.0,
+        "Bag seconds for each second of wall time; can be changed while playing.",
+        low=0.001,
+        high=1000.0,
+    )
+    start_s: float = param(
+        0.0, "Where to begin, counted from the bag's first message.", unit="s", low=0.0
+    )
+    duration_s: float = param(
+        0.0, "How much of the bag to replay; 0 is to its end.", unit="s", low=0.0
+    )
+    loop: bool = param(
+        False, "Begin again at the end; stamps then run backwards, or on if restamp."
+    )
+    restamp: bool = param(
+        False,
+        "Move header stamps (and /clock) so that the first one is now. Their spacing is kept, so "
+        "that at another rate than 1 they run ahead of the wall clock, or behind it.",
+    )
+    clock_hz: float = param(
+        100.0,
+        "Publish /clock this often in bag time, for nodes with use_sim_time; 0 is never. It is "
+        "up to one period ahead of the messages, never behind.",
+        unit="Hz",
+        low=0.0,
+        high=1000.0,
+    )
+    start_paused: bool = param(False, "Wait for the service ~/resume or ~/step before playing.")
+    settle_s: float = param(
+        3.5,
+        "Begin when no subscription of a replayed topic has come or gone for this long, so that "
+        "running nodes hear the first message: DDS can take 3 s to find them. Can be shorter "
+        "with wait_for.",
+        unit="s of wall time",
+        low=0.0,
+        high=3600.0,
+    )
+    wait_for: str = param(
+        "", "Names of nodes, separated by spaces, that must be in the graph before it begins."
+    )
+    progress: bool = param(True, "Draw a progress bar, if stderr is a terminal.")
+    exit_at_end: bool = param(
+        True, "End the process at the end of the bag; false keeps the node, with ~/finished true."
+    )
+
+    def __post_init__(self) -> None:
+        """Check every value.
+
+        Raises:
+            ValueError: There is no bag, or a value is refused.
+        """
+        super().__post_init__()
+        if not self.bag:
+            raise ValueError(
+                "parameter 'bag' is empty; name a rosbag2 directory or an mcap file: "
+                "--ros-args -p bag:=PATH"
+            )
+
+
+TRUTH_TOPIC = "spoof_active"
+TRUTH_TYPE = "std_msgs/msg/Bool"
+_ANSWERS = re.compile(
+    r"(.*/)?(hijack_alert|hijack_confidence|spoof_active|verdict|hijacked)"
+    r"|(correlation|date|kld|coast|drag|gnss|altitude|heading)/.*"
+    r"|imu/data|yaw|gps_angle|gps/course|flight_phase"
+)
+"""What the nodes of this package say, by the relative name."""
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*)*")
+_INFRASTRUCTURE = re.compile(r"clock|diagnostics(_agg)?|(.*/)?(rosout|parameter_events)")
+
+
+class Route(NamedTuple):
+    """Where the messages of one topic go.
+
+    `headed` says that the message begins with a std_msgs/Header, `input_name` which input of the
+    detectors it is, empty if none.
+    """
+
+    topic: str
+    msgtype: str
+    kind: Any
+    headed: bool
+    input_name: str
+
+
+@dataclass(frozen=True)
+class Routes:
+    """The topics of a bag: `published` by bag topic, and `skipped` with the reason."""
+
+    published: Mapping[str, Route]
+    skipped: Mapping[str, str]
+
+    def topic_of(self, input_name: str) -> str | None:
+        """Return the bag's topic of an input, None if it is not replayed."""
+        for topic, route in self.published.items():
+            if route.input_name == input_name:
+                return topic
+        return None
+
+    @property
+    def has_truth(self) -> bool:
+        """Whether the bag's own ground truth is replayed."""
+        return any(route.topic == TRUTH_TOPIC for route in self.published.values())
+
+
+def routes(
+    topics: Mapping[str, str],
+    topic_map: TopicMap,
+    find: Callable[[str], Any],
+    *,
+    spoofing: bool,
+) -> Routes:
+    """Choose what to replay, under names relative to the node's namespace.
+
+    The inputs get the names that the nodes of this package subscribe. What these nodes publish
+    is left out, or a recorded alert would be taken for a new one; a recorded ground truth stays,
+    unless attacks are injected.
+
+    Args:
+        topics: Type by topic, as in `BagReader.topics`.
+        topic_map: The inputs.
+        find: Gives the message class of a type, None if it is not installed.
+        spoofing: Whether attacks are injected.
+    """
+    names = {topic: name for name, topic in topic_map.items()}
+    published: dict[str, Route] = {}
+    skipped: dict[str, str] = {}
+    taken: dict[str, str] = {}
+    for topic in sorted(topics, key=lambda topic: (topic not in names, topic)):
+        name, msgtype = names.get(topic, ""), topics[topic]
+        relative = OWN_TOPICS[name] if name else topic.lstrip("/")
+        reason = _refusal(name, relative, msgtype, spoofing=spoofing)
+        kind = None if reason else find(msgtype)
+        if relative in taken:
+            skipped[topic] = f"its name '{relative}' is taken by {taken[relative]}"
+        elif reason:
+            skipped[topic] = reason
+        elif kind is None:
+            skipped[topic] = f"its type {msgtype!r} is not installed"
+        else:
+            taken[relative] = topic
+            published[topic] = Route(relative, msgtype, kind, _headed(kind), name)
+    return Routes(published, skipped)
+
+
+def _refusal(name: str, relative: str, msgtype: str, *, spoofing: bool) -> str:
+    """Say why a topic is left out, empty if it is not."""
+    if name:
+        needed = TYPES[name]
+        return "" if msgtype == needed else f"its type is {msgtype}, the input needs {needed}"
+    if not _NAME.fullmatch(relative) or "__" in relative:
+        return "it has no name that can be published"
+    if _INFRASTRUCTURE.fullmatch(relative):
+        return "it belongs to the running system"
+    if relative == TRUTH_TOPIC and msgtype == TRUTH_TYPE and not spoofing:
+        return ""
+    if is_answer(relative):
+        return "it is an answer of the monitor, which would be taken for a new one"
+    return ""
+
+
+def is_answer(topic: str) -> bool:
+    """Whether a topic is what the nodes of this package say, not what they hear."""
+    return _ANSWERS.fullmatch(topic.lstrip("/")) is not None
+
+
+def _headed(kind: Any) -> bool:
+    fields = kind.get_fields_and_field_types()
+    return next(iter(fields.values()), "") == "std_msgs/Header"
+
+
+class Spoofed(NamedTuple):
+    """A message after the attack: CDR bytes, and whether an attack covers its stamp."""
+
+    data: bytes
+    active: bool
+
+
+class MessageSpoofer:
+    """Applies a scenario to the messages of a receiver, all of them from the bag's first on.
+
+    A number of satellites has the stamp of the last fix before it in order of log time.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        start_ns: int,
+        on_refused: Callable[[RawMessage, int, str], None],
+    ) -> None:
+        """Apply a scenario.
+
+        Args:
+            scenario: The attacks.
+            start_ns: Log time of the bag's first message, from which their times count.
+            on_refused: Called with message, stamp and reason for one that holds a value which no
+                receiver can mean; it passes as it is.
+        """
+        self._spoofer = Spoofer(scenario, start_ns)
+        self._messages = SpoofedMessages(self._spoofer)
+        self._refuse = on_refused
+
+    def apply(self, raw: RawMessage, input_name: str, message: Any) -> Spoofed:
+        """Return a message as it is reported; the recorded bytes if nothing changes.
+
+        Args:
+            raw: The message as it was recorded.
+            input_name: One of SPOOFED_INPUTS.
+            message: The same, deserialised; its fields are changed.
+        """
+        stamp_ns = self._messages.stamp_ns(input_name, message)
+        active = stamp_ns is not None and self._spoofer.active(stamp_ns)
+        try:
+            changed = self._messages.apply(input_name, message)
+        except BadMessage as error:
+            self._refuse(raw, raw.log_ns if stamp_ns is None else stamp_ns, str(error))
+            return Spoofed(raw.data, active)
+        if not changed:
+            return Spoofed(raw.data, active)
+        return Spoofed(bytes(typestore().serialize_cdr(message, raw.msgtype)), active)
+
 
 _MAX_SECONDS = 2**31
 _SHORTEST = {False: 4, True: 12}

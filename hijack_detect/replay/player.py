@@ -10,8 +10,7 @@ from enum import Enum
 from typing import NamedTuple
 
 from hijack_detect.bags.errors import BagError
-from hijack_detect.replay.playback import Outgoing, Playback, moved_stamp
-from hijack_detect.replay.playback_parameters import ReplayParameters
+from hijack_detect.replay.playback import Outgoing, Playback, ReplayParameters, moved_stamp
 from hijack_detect.streams.cdr import stamp_from_bytes
 from hijack_detect.streams.samples import NANOSECONDS
 

@@ -19,8 +19,7 @@ from hijack_detect.bags.errors import BagError
 from hijack_detect.bags.reader import RawMessage
 from hijack_detect.bags.topics import NEEDED, OWN_TOPICS, PRESETS
 from hijack_detect.bags.writer import BagWriter
-from hijack_detect.replay.flight_label import flight_label
-from hijack_detect.replay.truth import LABEL, MEASURED_FIX, SPOOF_ACTIVE, TRUTH_FIX
+from hijack_detect.replay.truth import LABEL, MEASURED_FIX, SPOOF_ACTIVE, TRUTH_FIX, flight_label
 from hijack_detect.simulation.flight import Flight, generate_flight
 from hijack_detect.simulation.plan import FlightPlan
 from hijack_detect.spoofing.scenario import Scenario

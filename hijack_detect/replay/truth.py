@@ -6,19 +6,174 @@ from __future__ import annotations
 import bisect
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, TypeAlias
+
+import numpy as np
 
 from hijack_detect.bags.errors import BagError
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.bags.topics import TYPES
-from hijack_detect.replay.outcome import Attack
-from hijack_detect.spoofing.history import fix_between
-from hijack_detect.spoofing.plane import separation_m
+from hijack_detect.detectors.verdict import State, Verdict
+from hijack_detect.estimation.geodesy import TangentPlane, separation_m
+from hijack_detect.simulation.flight import Flight
+from hijack_detect.simulation.plan import GROUND_S
+from hijack_detect.spoofing import schema
+from hijack_detect.spoofing.onset import fix_between
 from hijack_detect.spoofing.scenario import Scenario
+from hijack_detect.spoofing.schema import Forge
 from hijack_detect.streams.messages import BadMessage, fix_sample
 from hijack_detect.streams.samples import NANOSECONDS, FixSample
+
+
+@dataclass(frozen=True)
+class Attack:
+    """An attack's stamps: onset (first spoofed stamp) and end, nanoseconds."""
+
+    onset_ns: int
+    end_ns: int | None
+
+
+@dataclass(frozen=True)
+class DetectorOutcome:
+    """What one detector did, stamps in nanoseconds."""
+
+    false_alarms: int
+    """Times it went into ALARM before the onset (or at all, without an attack)."""
+    first_alarm_ns: int | None
+    """First ALARM verdict at or after the onset."""
+
+
+def detector_outcome(verdicts: Iterable[Verdict], attack: Attack | None) -> DetectorOutcome:
+    """Judge one detector's verdicts against the attack."""
+    false_alarms, first, before = 0, None, State.NOT_READY
+    for verdict in verdicts:
+        alarm = verdict.state is State.ALARM
+        if attack is None or verdict.stamp_ns < attack.onset_ns:
+            false_alarms += alarm and before is not State.ALARM
+        elif alarm and first is None:
+            first = verdict.stamp_ns
+        before = verdict.state
+    return DetectorOutcome(false_alarms, first)
+
+
+def alert_is_right(alert_ns: int | None, attack: Attack | None) -> bool:
+    """True if the alert came inside the attack, or stayed away where there was none."""
+    if attack is None or alert_ns is None:
+        return attack is None and alert_ns is None
+    return alert_ns >= attack.onset_ns and (attack.end_ns is None or alert_ns < attack.end_ns)
+
+
+def changes(verdicts: Sequence[Verdict]) -> list[tuple[int, State]]:
+    """Stamp and new state of every change of state, the first verdict included."""
+    found: list[tuple[int, State]] = []
+    for verdict in verdicts:
+        if not found or found[-1][1] is not verdict.state:
+            found.append((verdict.stamp_ns, verdict.state))
+    return found
+
+
+DEVIATED_M = 4.0
+"""Metres from its target at which a vehicle has left its route; its own control and the noise of
+an honest GPS take it up to 3.5 m away."""
+
+
+def flight_label(name: str, flight: Flight, scenario: Scenario | None) -> dict[str, Any]:
+    """Describe a flight; times are seconds from its first message.
+
+    Args:
+        name: Name of the bag.
+        flight: The flight.
+        scenario: The attacks that it was flown under.
+
+    Returns:
+        Plain data: id, kind (`straight`, `curved`, `hardneg` for what tempts a detector without
+        an attack, `hijack`), route, yaw (`path` or `fixed`), speed, wind (m/s; direction it
+        comes from, degrees clockwise from North; deviation of the gusts), GPS errors, times, and
+        the attack or None.
+    """
+    conditions = flight.conditions
+    blows_to = math.degrees(conditions.wind_direction)
+    route = flight.plan.route
+    kind = route if route in ("straight", "curved") else "hardneg"
+    return {
+        "id": name,
+        "kind": kind if scenario is None else "hijack",
+        "route": route,
+        "yaw": "fixed" if route in ("hover", "fixed_yaw") else "path",
+        "speed_m_s": 0.0 if route == "hover" else round(conditions.speed, 2),
+        "wind": {
+            "spd": round(conditions.wind_m_s, 2),
+            "dir": round((270.0 - blows_to) % 360.0, 1),
+            "turb": round(conditions.gust_m_s, 2),
+        },
+        "gps_noise": {
+            "sig_h": round(conditions.fix_noise_m, 2),
+            "tau": round(conditions.fix_noise_s, 1),
+            "white": round(conditions.fix_white_m, 3),
+            "verr": round(conditions.velocity_noise_m_s, 3),
+            "lag_ms": round(1e3 * conditions.gps_lag_s),
+        },
+        "t_takeoff": GROUND_S,
+        "t_forward_start": flight.forward_start_s,
+        "t_forward_end": flight.forward_end_s,
+        "duration": flight.plan.duration_s,
+        "attack": None if scenario is None else _attack(flight, scenario),
+    }
+
+
+def attack_label(scenario: Scenario, end_s: float) -> dict[str, Any]:
+    """What is known of an attack before it is flown: kind, parameters, and when, in seconds."""
+    segments = scenario.segments
+    return {
+        "kind": "+".join(dict.fromkeys(segment.model.type for segment in segments)),
+        "params": {"segments": [one.model_dump(mode="json", by_alias=True) for one in segments]},
+        "t_start": segments[0].start_s,
+        "t_end": end_s,
+    }
+
+
+def _attack(flight: Flight, scenario: Scenario) -> dict[str, Any]:
+    """Describe the attacks, and how far they took reports and vehicle apart."""
+    segments = scenario.segments
+    horizontal, vertical = _separations(flight)
+    start_s = segments[0].start_s
+    end_s = flight.plan.duration_s if segments[-1].end_s is None else segments[-1].end_s
+    motion = flight.motion
+    time = motion.offsets_ns / 1e9
+    attacked = (time >= start_s) & (time < end_s)
+    away = np.linalg.norm(motion.position - motion.target, axis=1)[attacked]
+    return {
+        **attack_label(scenario, end_s),
+        "t_ramp_end": min(_ramp_end_s(segments[-1]), end_s),
+        "max_separation_h_m": round(horizontal, 1),
+        "max_separation_v_m": round(vertical, 1),
+        "max_deviation_m": round(float(away.max()), 1),
+        "real_drone_deviated": bool(away.max() > DEVIATED_M),
+    }
+
+
+def _separations(flight: Flight) -> tuple[float, float]:
+    """Largest horizontal and vertical distance of a measured and its reported fix, metres."""
+    apart = [
+        TangentPlane(measured).enu(reported)
+        for measured, reported in zip(flight.measured_fixes, flight.fixes, strict=True)
+    ]
+    return max(math.hypot(x, y) for x, y, _ in apart), max(abs(z) for _, _, z in apart)
+
+
+def _ramp_end_s(segment: schema.Segment) -> float:
+    """When the offset between truth and report stops to grow; infinite if it never does."""
+    model = segment.model
+    still = isinstance(model, schema.Jump | schema.Jitter)
+    if still or (isinstance(model, schema.Altitude) and model.rate_m_s == 0.0):
+        return segment.start_s
+    if isinstance(model, Forge) and model.drift_speed_m_s == 0.0:
+        return segment.start_s
+    return math.inf
+
 
 TRUTH_FIX = "/truth/fix"
 """Where the vehicle was, `sensor_msgs/NavSatFix`, stamped when it was there."""

@@ -2,7 +2,7 @@
 """What makes a clean flight hard: gusts, spins, a bent field, a silent or jumping GPS, vibration.
 
 Nothing here draws random numbers, so that a flight is the same with and without it up to its
-begin. Only `Vibration` is noise; it has a generator of its own, see `vibration.py`.
+begin. Only `Vibration` is noise; it has a generator of its own, see `sensors.py`.
 """
 
 from __future__ import annotations

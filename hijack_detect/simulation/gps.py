@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import replace
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import pymap3d
@@ -15,8 +15,44 @@ from hijack_detect.estimation.geodesy import LocalFrame
 from hijack_detect.simulation.conditions import Conditions
 from hijack_detect.simulation.noise import Array, gauss_markov
 from hijack_detect.simulation.plan import FlightPlan, Place
-from hijack_detect.simulation.receiver import Receiver
 from hijack_detect.streams.samples import FixSample, SatelliteSample, Vector3, VelocitySample
+
+
+class Receiver(Protocol):
+    """Turns what an honest receiver would have measured into what is reported.
+
+    It is given every sample in order of stamp, of one stamp the fix, then the velocity, then the
+    number of satellites.
+    """
+
+    def fix(self, sample: FixSample) -> FixSample:
+        """Return the reported fix in place of a measured one."""
+        ...
+
+    def velocity(self, sample: VelocitySample) -> VelocitySample:
+        """Return the reported velocity (m/s, ENU) in place of a measured one."""
+        ...
+
+    def satellites(self, sample: SatelliteSample) -> SatelliteSample:
+        """Return the reported number of satellites in place of the true one."""
+        ...
+
+
+class HonestReceiver:
+    """Reports what it measures."""
+
+    def fix(self, sample: FixSample) -> FixSample:
+        """See Receiver."""
+        return sample
+
+    def velocity(self, sample: VelocitySample) -> VelocitySample:
+        """See Receiver."""
+        return sample
+
+    def satellites(self, sample: SatelliteSample) -> SatelliteSample:
+        """See Receiver."""
+        return sample
+
 
 GPS_HZ = 5
 FIRST_S = 0.263

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hijack_detect.simulation.braking import Knots, braking
 from hijack_detect.simulation.conditions import Conditions
 from hijack_detect.simulation.noise import Array
 from hijack_detect.simulation.plan import (
@@ -20,6 +19,36 @@ from hijack_detect.simulation.plan import (
     forward_end_s,
     forward_start_s,
 )
+
+Knots = tuple[list[float], list[float]]
+"""Times in seconds and the values at these times, linear in between."""
+
+BRAKING = 4.0
+"""m/s² to reach the speed."""
+BRAKING = 6.0
+"""m/s² to a stop: what a tilt of 31° gives."""
+
+
+def braking(start_s: float, end_s: float, cruise: float, rng: np.random.Generator) -> Knots:
+    """Speed of the route over time.
+
+    Args:
+        start_s: Command to fly forward, seconds from the start of the recording.
+        end_s: When the last stop begins at the latest.
+        cruise: Speed to reach, m/s.
+        rng: Draws how long it flies and how long it stands.
+    """
+    times, speeds, now = [start_s], [0.0], start_s
+    while True:
+        fast = now + cruise / BRAKING
+        brake = fast + rng.uniform(3.0, 6.0)
+        stop = brake + cruise / BRAKING
+        if brake > end_s:
+            return times, speeds
+        now = stop + rng.uniform(2.0, 5.0)
+        times += [fast, brake, stop, now]
+        speeds += [cruise, cruise, 0.0, 0.0]
+
 
 RATE_HZ = 50
 ACCELERATION = 2.0

@@ -11,11 +11,10 @@ from __future__ import annotations
 import dataclasses
 from typing import Protocol
 
+from hijack_detect.estimation.geodesy import TangentPlane, moved, turned, with_velocity
 from hijack_detect.spoofing import schema
-from hijack_detect.spoofing.history import History, fix_between, velocity_between
 from hijack_detect.spoofing.offsets import Offset
-from hijack_detect.spoofing.onset import Onset
-from hijack_detect.spoofing.plane import TangentPlane, moved, turned, with_velocity
+from hijack_detect.spoofing.onset import History, Onset, fix_between, velocity_between
 from hijack_detect.spoofing.tracks import Track
 from hijack_detect.streams.samples import FixSample, SatelliteSample, VelocitySample
 

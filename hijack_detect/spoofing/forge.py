@@ -8,9 +8,9 @@ import dataclasses
 from hijack_detect.spoofing import schema
 from hijack_detect.spoofing.attacks import OffsetAttack
 from hijack_detect.spoofing.draws import Draws
-from hijack_detect.spoofing.forge_schema import Forge
 from hijack_detect.spoofing.offsets import DriftOffset
 from hijack_detect.spoofing.onset import Onset
+from hijack_detect.spoofing.schema import Forge
 from hijack_detect.streams.samples import FixSample, SatelliteSample, Vector3
 
 VERTICAL_RATIO = 1.5

@@ -13,9 +13,9 @@ from hijack_detect.streams.messages import (
     header_stamp_ns,
     satellite_count,
     velocity_sample,
+    write_change,
 )
 from hijack_detect.streams.samples import SatelliteSample
-from hijack_detect.streams.writing import write_change
 
 SPOOFED_INPUTS = ("fix", "velocity", "satellites")
 """Inputs that an attack changes."""

@@ -7,13 +7,53 @@ import bisect
 from collections import deque
 from typing import TypeVar, cast
 
+from hijack_detect.estimation.geodesy import separation_m
 from hijack_detect.spoofing import schema
-from hijack_detect.spoofing.attacks import Attack, Recording
-from hijack_detect.spoofing.making import make_attack, record
-from hijack_detect.spoofing.onset import last_before, onset_at
-from hijack_detect.spoofing.plane import separation_m
+from hijack_detect.spoofing.attacks import (
+    Attack,
+    FreezeAttack,
+    OffsetAttack,
+    Recording,
+    ReplayAttack,
+    TrackAttack,
+)
+from hijack_detect.spoofing.forge import ForgeAttack
+from hijack_detect.spoofing.offsets import make_offset
+from hijack_detect.spoofing.onset import History, Onset, last_before, onset_at
 from hijack_detect.spoofing.scenario import Scenario
+from hijack_detect.spoofing.schema import Forge
+from hijack_detect.spoofing.tracks import make_track
 from hijack_detect.streams.samples import NANOSECONDS, FixSample, SatelliteSample, VelocitySample
+
+
+def record(model: schema.Replay, start_s: float, start_ns: int, end_ns: int | None) -> Recording:
+    """Prepare the recording for a replay; feed it every true sample from the first on."""
+    lag_ns = round((start_s - model.from_s) * NANOSECONDS)
+    until_ns = None if end_ns is None else end_ns - lag_ns
+    return Recording(
+        lag_ns, History(start_ns - lag_ns, until_ns), History(start_ns - lag_ns, until_ns)
+    )
+
+
+def make_attack(segment: schema.Segment, onset: Onset, recording: Recording | None) -> Attack:
+    """Build the attack of a segment for the vehicle's state at onset.
+
+    Raises:
+        ValueError: A replay has no recording.
+    """
+    model = segment.model
+    if isinstance(model, schema.Replay):
+        if recording is None:
+            raise ValueError("a replay needs a recording")
+        return ReplayAttack(recording)
+    if isinstance(model, schema.Freeze):
+        return FreezeAttack(model, onset)
+    if isinstance(model, schema.FakeTrack | schema.TurnAway):
+        return TrackAttack(make_track(model, onset), onset)
+    if isinstance(model, Forge):
+        return ForgeAttack(model, onset)
+    return OffsetAttack(make_offset(model, onset.course), onset)
+
 
 T = TypeVar("T")
 

@@ -12,9 +12,23 @@ import heapq
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Generic, Protocol, TypeVar
+from typing import Any, Generic, Protocol, TypeVar
 
+from hijack_detect.parameters import param
 from hijack_detect.streams.samples import NANOSECONDS
+
+
+def sensor_patience() -> Any:
+    """Declare how long a part that hears sensors waits for one of them."""
+    return param(
+        SENSOR_PATIENCE_S,
+        "How long to wait for a sensor that has gone silent, on the stamps of the others. For "
+        "replays faster than real time far larger.",
+        unit="s",
+        low=SENSOR_PATIENCE_S,
+        high=3600.0,
+    )
+
 
 SILENCE_S = 2.0
 """An input without a sample for this long, on its own stamps, has had an outage."""

@@ -11,12 +11,16 @@ import math
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
+import numpy as np
+import numpy.typing as npt
+
 from hijack_detect.streams.absence import UNKNOWN_COUNT
 from hijack_detect.streams.samples import (
     NANOSECONDS,
     AttitudeSample,
     CourseSample,
     FixSample,
+    GpsSample,
     ImuSample,
     MagneticSample,
     Phase,
@@ -294,3 +298,48 @@ def _quaternion(quaternion: Quaternion) -> Quaternion:
     if not abs(norm - 1.0) < 1e-3:
         raise BadMessage(f"orientation {quaternion} has norm {norm:g}, not 1")
     return quaternion
+
+
+UNKNOWN, APPROXIMATED = 0, 1
+"""Types of covariance of a NavSatFix."""
+
+
+def write_change(message: Any, before: GpsSample, after: GpsSample) -> bool:
+    """Write what an attack made of a sample into the sample's message.
+
+    Args:
+        message: `sensor_msgs/NavSatFix`, `geometry_msgs/TwistStamped` or `std_msgs/UInt32`; it is
+            changed.
+        before: The sample that was read from the message.
+        after: A sample of the same kind.
+
+    Returns:
+        Whether they differ; otherwise the message is left alone.
+    """
+    if after == before:
+        return False
+    if isinstance(before, FixSample) and isinstance(after, FixSample):
+        message.latitude, message.longitude = after.latitude_deg, after.longitude_deg
+        message.altitude = after.altitude_m
+        if after.accuracy_m is not None and after.accuracy_m != before.accuracy_m:
+            message.position_covariance = position_covariance(
+                after.accuracy_m, after.vertical_accuracy_m
+            )
+            message.position_covariance_type = APPROXIMATED
+    elif isinstance(after, VelocitySample):
+        linear = message.twist.linear
+        linear.x, linear.y, linear.z = after.velocity
+    elif isinstance(after, SatelliteSample):
+        message.data = after.count
+    return True
+
+
+def position_covariance(
+    horizontal_m: float | None, vertical_m: float | None
+) -> npt.NDArray[np.float64]:
+    """Row-major diagonal covariance (9,) in m², ENU, of claimed standard deviations.
+
+    It is 0, which `messages` reads as no claim, where there is none.
+    """
+    across, up = (0.0 if one is None else one**2 for one in (horizontal_m, vertical_m))
+    return np.diag([across, across, up]).ravel()

@@ -21,7 +21,7 @@ import click
 from rich.console import Console
 from rich.progress import track
 
-from hijack_detect.evaluation.scores.evaluation_tables import TextTable
+from hijack_detect.evaluation.scores.evaluation_page import TextTable
 from stress.faults.cases import ADVERSARIES, CASES
 from stress.faults.flight import BEGIN_S, flight
 from tools.documents import fill, kept, write

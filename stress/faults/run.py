@@ -23,7 +23,7 @@ from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from std_msgs.msg import Bool
 
 from hijack_detect.nodes import COMPOSED, MONITOR
-from hijack_detect.nodes.message_types import message_class
+from hijack_detect.nodes.messages import message_class
 from hijack_detect.nodes.qos import STATE
 from stress.faults.attackers import Attacker
 from stress.faults.cases import CASES, Case

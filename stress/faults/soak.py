@@ -31,9 +31,9 @@ from std_msgs.msg import Bool
 
 from benchmarks.load import load_bag
 from hijack_detect.bags.reader import BagReader
-from hijack_detect.evaluation.scores.evaluation_tables import TextTable
+from hijack_detect.evaluation.scores.evaluation_page import TextTable
 from hijack_detect.nodes import COMPOSED
-from hijack_detect.nodes.message_types import message_class
+from hijack_detect.nodes.messages import message_class
 from hijack_detect.nodes.qos import INTERNAL, STATE
 from hijack_detect.streams.samples import NANOSECONDS
 from stress.faults.flight import Sent

@@ -22,7 +22,7 @@ import click
 from rich.console import Console
 from rich.progress import track
 
-from hijack_detect.evaluation.scores.evaluation_tables import TextTable
+from hijack_detect.evaluation.scores.evaluation_page import TextTable
 from stress.fuzz.targets import COUNTS, TARGETS
 from tools.documents import fill, kept, write
 

@@ -19,12 +19,12 @@ from hijack_detect.detectors.fusion import Latched
 from hijack_detect.logs.csv_map import load_map
 from hijack_detect.logs.formats import convert
 from hijack_detect.monitor.verdict_messages import verdict_from
-from hijack_detect.nodes.message_types import message_class
-from hijack_detect.nodes.survival import Survivor
+from hijack_detect.nodes.messages import message_class
+from hijack_detect.nodes.state_file import Survivor
 from hijack_detect.parameters import ParameterError
-from hijack_detect.recording.journal import JournalError
 from hijack_detect.recording.journal_keeper import JournalKeeper
-from hijack_detect.recording.journal_query import Query, open_journal
+from hijack_detect.recording.journal_reader import Query, open_journal
+from hijack_detect.recording.problems import JournalError
 from hijack_detect.recording.rows import Row
 from hijack_detect.recording.schema import FILE, TABLES
 from hijack_detect.replay.truth import LABEL, label_attack, read_label

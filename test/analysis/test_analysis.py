@@ -30,7 +30,7 @@ from hijack_detect.bags.reader import BagReader
 from hijack_detect.detectors.fusion import FusionResult
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.monitor.policies import policy_parameters
-from hijack_detect.replay.outcome import Attack
+from hijack_detect.replay.truth import Attack
 from hijack_detect.spoofing.scenario import load_scenario
 from hijack_detect.streams.samples import FixSample, ImuSample, PressureSample
 

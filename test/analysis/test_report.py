@@ -15,16 +15,16 @@ from ros import ROOT
 from small_bags import START_NS, flight, raw, write
 
 from hijack_detect.analysis.analyse import Analysed, analyse
-from hijack_detect.analysis.report.curve import Curve
-from hijack_detect.analysis.report.events import events
-from hijack_detect.analysis.report.page import write_page
-from hijack_detect.analysis.report.recording import Recorder, recording
-from hijack_detect.analysis.report.series import (
+from hijack_detect.analysis.report.curves import (
+    Curve,
     cut_at,
     emptiest_direction,
     lonely,
     thinned,
 )
+from hijack_detect.analysis.report.page import write_page
+from hijack_detect.analysis.report.recording import Recorder, recording
+from hijack_detect.analysis.report.tables import events
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.monitor.policies import policy_parameters
 from hijack_detect.spoofing.scenario import Scenario, load_scenario

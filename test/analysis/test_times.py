@@ -8,7 +8,7 @@ from itertools import pairwise
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hijack_detect.analysis.times import Times
+from hijack_detect.analysis.alarms import Times
 
 STAMPS = st.integers(0, 30)
 INTERVALS = st.lists(st.tuples(STAMPS, STAMPS), max_size=6)

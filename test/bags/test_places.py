@@ -11,8 +11,7 @@ import pytest
 from ros import ROOT
 
 from hijack_detect.bags.errors import BagError
-from hijack_detect.bags.places import place
-from hijack_detect.bags.reader import BagReader
+from hijack_detect.bags.reader import BagReader, place
 from hijack_detect.evaluation.scores.evaluate import run_case
 from hijack_detect.evaluation.trials.corpus import corpus_cases
 from hijack_detect.monitor.graph import MonitorParameters

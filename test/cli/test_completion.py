@@ -17,7 +17,7 @@ from command import hijack_detect
 from ros import ROOT
 
 from hijack_detect.bags.topics import OWN_TOPICS
-from hijack_detect.cli import choices
+from hijack_detect.cli import completion
 from hijack_detect.cli.completion import SHELLS
 from hijack_detect.cli.main import COMMANDS, main
 from hijack_detect.cli.parameter_files import BESIDE
@@ -76,11 +76,11 @@ def test_offers_come_soon() -> None:
 
 
 def test_names_are_those_that_there_are() -> None:
-    assert tuple(POLICIES) == choices.POLICY_NAMES
-    assert tuple(BESIDE) == choices.BESIDE_NAMES
-    assert set(choices.TABLE_NAMES) == set(TABLES)
-    assert choices.ROUTES == ROUTES
-    assert set(choices.OPTIONAL_INPUTS) == set(OWN_TOPICS) - {"imu", "fix"}
+    assert tuple(POLICIES) == completion.POLICY_NAMES
+    assert tuple(BESIDE) == completion.BESIDE_NAMES
+    assert set(completion.TABLE_NAMES) == set(TABLES)
+    assert completion.ROUTES == ROUTES
+    assert set(completion.OPTIONAL_INPUTS) == set(OWN_TOPICS) - {"imu", "fix"}
 
 
 def test_every_command_can_be_loaded_and_is_listed() -> None:

@@ -21,7 +21,7 @@ from recorded import SECOND, START_NS, Flown
 
 from hijack_detect.cli.main import main
 from hijack_detect.recording import schema
-from hijack_detect.recording.journal_export import nanoseconds, utc
+from hijack_detect.recording.journal_reader import nanoseconds, utc
 
 ALERT_NS = START_NS + 20 * SECOND + SECOND // 5
 CURVE = "2025-11-24T16:00:20.200Z"

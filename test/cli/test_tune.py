@@ -11,7 +11,7 @@ from command import hijack_detect
 from ros import ROOT
 
 from hijack_detect.cli.parameter_files import load_parameters
-from hijack_detect.detectors.date_parameters import DateParameters
+from hijack_detect.detectors.date import DateParameters
 from hijack_detect.monitor.policies import policy_parameters
 from hijack_detect.replay.simulated_bag import make_bag
 from hijack_detect.simulation.plan import FlightPlan

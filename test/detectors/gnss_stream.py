@@ -6,8 +6,7 @@ from typing import Any
 
 import pymap3d
 
-from hijack_detect.detectors.gnss_sanity import GnssSanityDetector
-from hijack_detect.detectors.gnss_sanity_parameters import GnssSanityParameters
+from hijack_detect.detectors.gnss_sanity import GnssSanityDetector, GnssSanityParameters
 from hijack_detect.detectors.verdict import Verdict
 from hijack_detect.monitor.stage import Stage
 from hijack_detect.streams.samples import FixSample, Vector3, VelocitySample

@@ -14,8 +14,7 @@ from hijack_detect.detectors.altitude import AltitudeDetector
 from hijack_detect.detectors.altitude_parameters import AltitudeParameters
 from hijack_detect.detectors.barometer_check import BarometerCheck
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.detectors.vertical_channel import HeightOffsets
-from hijack_detect.detectors.vertical_force import VerticalForce
+from hijack_detect.detectors.vertical_channel import HeightOffsets, VerticalForce
 from hijack_detect.estimation.kalman import Innovation
 from hijack_detect.streams.samples import (
     AttitudeSample,

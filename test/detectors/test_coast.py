@@ -16,7 +16,7 @@ from hijack_detect.bags.samples import read_samples
 from hijack_detect.bags.topics import topic_map
 from hijack_detect.detectors.coast import CoastDetector
 from hijack_detect.detectors.coast_parameters import CoastParameters
-from hijack_detect.detectors.drag_parameters import DragParameters
+from hijack_detect.detectors.drag import DragParameters
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.evaluation.trials.cases import flight_samples
 from hijack_detect.simulation.flight import generate_flight

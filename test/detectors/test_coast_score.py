@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hijack_detect.detectors.coast_score import SLACK_S, sustained
+from hijack_detect.detectors.coast_bank import SLACK_S, sustained
 
 
 def test_by_hand() -> None:

@@ -10,8 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hijack_detect.detectors.correlation import CorrelationDetector
-from hijack_detect.detectors.correlation_parameters import CorrelationParameters
+from hijack_detect.detectors.correlation import CorrelationDetector, CorrelationParameters
 from hijack_detect.detectors.flight_gate import MIN_IMU_HZ
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.monitor.policies import policy_parameters

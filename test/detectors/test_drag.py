@@ -5,8 +5,7 @@ import math
 
 import numpy as np
 
-from hijack_detect.detectors.drag import DragDetector
-from hijack_detect.detectors.drag_parameters import DragParameters
+from hijack_detect.detectors.drag import DragDetector, DragParameters
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.streams.samples import AttitudeSample, VelocitySample
 

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hijack_detect.detectors.fusion import Fusion, FusionResult
-from hijack_detect.detectors.fusion_parameters import FusionParameters
+from hijack_detect.detectors.fusion_decisions import FusionParameters
 from hijack_detect.detectors.likelihood import (
     UNCALIBRATED,
     LikelihoodRatio,

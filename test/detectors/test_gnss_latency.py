@@ -19,7 +19,7 @@ from hijack_detect.detectors.gnss_checks.latency import (
     without_latency,
 )
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.estimation.gps_lag import GROWTH, MOST_GROWTH_S
+from hijack_detect.estimation.lag_ekf import GROWTH, MOST_GROWTH_S
 from hijack_detect.streams.samples import Vector3
 
 CALM = {State.NOT_READY, State.NORMAL}

@@ -9,8 +9,7 @@ from gnss_stream import SECOND, START_NS, Sent, fix, flight, run, seconds, veloc
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hijack_detect.detectors.gnss_sanity import GnssSanityDetector
-from hijack_detect.detectors.gnss_sanity_parameters import GnssSanityParameters
+from hijack_detect.detectors.gnss_sanity import GnssSanityDetector, GnssSanityParameters
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.streams.samples import Phase, PhaseSample, SatelliteSample, Vector3
 

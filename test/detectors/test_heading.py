@@ -13,9 +13,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from hijack_detect.detectors.heading import HeadingDetector
+from hijack_detect.detectors.heading import HeadingDetector, HeadingParameters
 from hijack_detect.detectors.heading_evidence import HeadingHistory, Headings, common
-from hijack_detect.detectors.heading_parameters import HeadingParameters
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.estimation.compass import earth_field
 from hijack_detect.monitor.stage import Stage

@@ -16,10 +16,8 @@ from hypothesis import strategies as st
 from scipy.special import kl_div, rel_entr
 from scipy.stats import poisson
 
-from hijack_detect.detectors.kld import CODES, KldDetector
-from hijack_detect.detectors.kld_parameters import NAMES, KldParameters
-from hijack_detect.detectors.kld_series import DistributionSeries, RowSeries
-from hijack_detect.detectors.kld_values import Changes, Table2Values
+from hijack_detect.detectors.kld import CODES, DistributionSeries, KldDetector, RowSeries
+from hijack_detect.detectors.kld_values import NAMES, Changes, KldParameters, Table2Values
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.monitor.policies import policy_parameters
 from hijack_detect.monitor.stage import Stage

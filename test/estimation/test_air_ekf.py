@@ -12,9 +12,7 @@ import pytest
 from filter_start import AIR, ERRORS, LEVEL, NOISE, SIGMAS, hover
 
 from hijack_detect.estimation.air_ekf import DRAG, SIZE, TILT, WIND, AirEkf
-from hijack_detect.estimation.drag_model import SMALLEST_DRAG
-from hijack_detect.estimation.drag_noise import FIRST_RESIDUAL
-from hijack_detect.estimation.drag_noise import WIND as FIRST_WIND
+from hijack_detect.estimation.drag_filter import FIRST_RESIDUAL, FIRST_WIND, SMALLEST_DRAG
 from hijack_detect.estimation.ekf import (
     ACCEL_BIAS,
     ATTITUDE,

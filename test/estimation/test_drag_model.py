@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hijack_detect.estimation.drag_model import drag_force
+from hijack_detect.estimation.drag_filter import drag_force
 
 
 def test_by_hand() -> None:

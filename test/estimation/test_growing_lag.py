@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hijack_detect.estimation.gps_lag import GROWTH
 from hijack_detect.estimation.growing_lag import DOUBTED, JUMP, REFUTED, STEP_S, GrowingLag
+from hijack_detect.estimation.lag_ekf import GROWTH
 from hijack_detect.estimation.rotation import Array
 
 PERIOD_S = 0.2

@@ -16,7 +16,7 @@ from experiments.fusion_calibration import (
     ratio,
     reliability,
 )
-from hijack_detect.evaluation.scores.limit_records import (
+from experiments.limits_records import (
     WINDOWS_S,
     AttackRecord,
     FlightRecord,

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from experiments import jamming
 from experiments.jammed_receiver import REACH_M, Carried, CarryOff, Degraded, lost, poor
 from experiments.jamming import Outcome, flown, table
-from hijack_detect.spoofing.plane import TangentPlane
+from hijack_detect.estimation.geodesy import TangentPlane
 from hijack_detect.streams.samples import FixSample, ImuSample, SatelliteSample, VelocitySample
 
 ROOT = Path(__file__).parents[2]

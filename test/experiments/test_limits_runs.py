@@ -3,13 +3,13 @@
 
 from __future__ import annotations
 
-from experiments.limits_runs import by_half, credited, halves
-from hijack_detect.evaluation.scores.limit_records import (
+from experiments.limits_records import (
     WINDOWS_S,
     AttackRecord,
     FlightRecord,
     MethodRecord,
 )
+from experiments.limits_runs import by_half, credited, halves
 from hijack_detect.evaluation.trials.families import CLEAN
 
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from shown import START_NS, Flown
 
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.live.feed import Feed, event
+from hijack_detect.live.handlers import Feed, event
 from hijack_detect.live.picture import KEPT_S, MOST, Frame, Picture
 from hijack_detect.monitor.parts import DETECTORS
 from hijack_detect.streams.samples import FixSample

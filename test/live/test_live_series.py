@@ -6,7 +6,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hijack_detect.live.series import Curve, Series
+from hijack_detect.live.picture import Curve, Series
 
 MARGINS = st.floats(0.0, 100.0)
 

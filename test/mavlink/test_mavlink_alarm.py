@@ -10,9 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hijack_detect.mavlink.alarm import HEARD, OVER, SILENT, Alarm, Cause
-from hijack_detect.mavlink.delivery import Delivery, Outcome
-from hijack_detect.mavlink.orders import Kind, Order, order
-from hijack_detect.mavlink.rates import Rates
+from hijack_detect.mavlink.commands import Delivery, Kind, Order, Outcome, order
+from hijack_detect.mavlink.vehicle import Rates
 
 mavlink = pytest.importorskip(
     "pymavlink.dialects.v20.ardupilotmega", reason="the extra mavlink is not installed"

@@ -10,7 +10,7 @@ from functools import lru_cache
 from typing import Any
 
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.evaluation.trials.hard import hard_case
+from hijack_detect.evaluation.trials.protocols import hard_case
 from hijack_detect.monitor.graph import MonitorParameters
 from hijack_detect.replay.offline import OfflineRun
 from hijack_detect.simulation.plan import FlightPlan

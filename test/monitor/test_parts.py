@@ -42,7 +42,7 @@ def test_names_are_different_and_a_part_comes_after_its_inputs() -> None:
 def test_reading_the_registry_loads_no_detector() -> None:
     """Completion, launch files and setup.py read it."""
     code = (
-        "import sys, hijack_detect.nodes, hijack_detect.cli.completing\n"
+        "import sys, hijack_detect.nodes, hijack_detect.cli.completion\n"
         "print([name for name in ('numpy', 'rclpy', 'hijack_detect.detectors.coast')"
         " if name in sys.modules])"
     )

@@ -15,8 +15,7 @@ from ros import Graph
 from spoofer_link import START_NS, STEP_NS, TOPICS, Link, true_messages
 from std_msgs.msg import UInt32
 
-from hijack_detect.spoofing.live import LiveSpoofer
-from hijack_detect.spoofing.live_parameters import SpooferParameters, chosen_attack
+from hijack_detect.spoofing.live import LiveSpoofer, SpooferParameters, chosen_attack
 from hijack_detect.spoofing.scenario import load_scenario
 from hijack_detect.spoofing.spoofer import Spoofer
 from hijack_detect.streams.messages import fix_sample, velocity_sample

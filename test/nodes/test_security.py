@@ -12,8 +12,7 @@ import pytest
 from ros import ROOT, Graph
 
 from hijack_detect.nodes import COMPOSED, MONITOR, NODES
-from hijack_detect.nodes.running import EXIT_BAD_INPUT
-from hijack_detect.nodes.security import unprotected
+from hijack_detect.nodes.running import EXIT_BAD_INPUT, unprotected
 from tools import interface
 
 POLICIES = ROOT / "config/sros2"

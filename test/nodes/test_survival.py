@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from hijack_detect.detectors.fusion import Latched
-from hijack_detect.nodes.survival import Survivor
+from hijack_detect.nodes.state_file import Survivor
 
 ALERT = Latched(1_700_000_000_123_456_789, 'coast "alarm"', ("coast", "drag"), 0.987)
 

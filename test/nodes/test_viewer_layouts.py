@@ -17,8 +17,7 @@ from ros import ROOT, Graph
 from hijack_detect.detectors.fusion import FusionResult
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.monitor.parts import DETECTORS
-from hijack_detect.nodes.message_types import message_class
-from hijack_detect.nodes.messages import fusion_message, verdict_message
+from hijack_detect.nodes.messages import fusion_message, message_class, verdict_message
 from tools import layouts
 
 FOXGLOVE: dict[str, Any] = json.loads((ROOT / "config/foxglove_layout.json").read_text())

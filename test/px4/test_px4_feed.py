@@ -13,8 +13,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from hijack_detect.logs.px4 import INPUTS, readings, stamp_us
 from hijack_detect.px4.clock import Px4Clock
 from hijack_detect.px4.feed import Feed, OtherVersion
-from hijack_detect.px4.parameters import Px4BridgeParameters
-from hijack_detect.px4.topics import Px4Topic, px4_topics
+from hijack_detect.px4.topics import Px4BridgeParameters, Px4Topic, px4_topics
 from hijack_detect.streams.messages import BadMessage, check
 from hijack_detect.streams.samples import ImuSample, SatelliteSample
 from stress.fuzz.small_logs import PX4

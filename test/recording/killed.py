@@ -27,7 +27,7 @@ from recorded import SECOND, START_NS, Flown
 
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.recording import schema
-from hijack_detect.recording.snapshot_folder import SnapshotFolder
+from hijack_detect.recording.snapshots import SnapshotFolder
 
 GAP_NS = SECOND // 5
 LONG_EVERY = 20

@@ -11,7 +11,7 @@ from recorded import SECOND, SOURCES, START_NS, fix, flag, fusion, imu
 
 from hijack_detect.recording.black_box import LATE_S, QUIET_S, SLACK_S, BlackBox, snapshot_name
 from hijack_detect.recording.parameters import RecorderParameters
-from hijack_detect.recording.snapshot import Snapshot
+from hijack_detect.recording.snapshots import Snapshot
 
 
 class Flight:

@@ -16,12 +16,12 @@ import pytest
 from recorded import START_NS, Flown, fix
 
 from hijack_detect.bags.reader import BagReader
-from hijack_detect.recording import journal_keeper, problems, queue, schema, snapshot_writer
+from hijack_detect.recording import journal_keeper, problems, schema, snapshots
 
 # A bag that the disk did not take is closed when it is collected.
 pytestmark = pytest.mark.filterwarnings("ignore:unclosed file:ResourceWarning")
 
-RETRIED = (journal_keeper, problems, snapshot_writer)
+RETRIED = (journal_keeper, problems, snapshots)
 
 
 class Disk(Protocol):
@@ -178,7 +178,7 @@ def test_two_recorders_do_not_share_a_folder(tmp_path: Path) -> None:
 def test_rows_that_find_no_room_are_counted(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(queue, "MAX_BULK", 20)
+    monkeypatch.setattr(journal_keeper, "MAX_BULK", 20)
     (tmp_path / "file").touch()
     flown = Flown(tmp_path / "file/kept")
     for index in range(25):

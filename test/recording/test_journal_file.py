@@ -11,9 +11,10 @@ from pathlib import Path
 import pytest
 
 from hijack_detect.recording import schema
-from hijack_detect.recording.journal import AlienFileError, Journal, JournalError, Session
+from hijack_detect.recording.journal import AlienFileError, Journal, Session
 from hijack_detect.recording.journal_keeper import JournalKeeper
-from hijack_detect.recording.journal_query import open_journal
+from hijack_detect.recording.journal_reader import open_journal
+from hijack_detect.recording.problems import JournalError
 from hijack_detect.recording.rows import Row, event_row
 
 MEGABYTE = 1_000_000

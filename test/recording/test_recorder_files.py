@@ -13,8 +13,7 @@ from recorded import Flown
 
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.recording import schema
-from hijack_detect.recording.snapshot import Snapshot
-from hijack_detect.recording.snapshot_folder import SnapshotFolder
+from hijack_detect.recording.snapshots import Snapshot, SnapshotFolder
 
 
 def select(folder: Path, statement: str) -> list[tuple[Any, ...]]:

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hijack_detect.bags.reader import RawMessage
-from hijack_detect.recording.ring import OVERHEAD_BYTES, Ring, size_of
+from hijack_detect.recording.black_box import OVERHEAD_BYTES, Ring, size_of
 
 SECOND = 1_000_000_000
 STEPS = st.lists(st.tuples(st.integers(0, 3 * SECOND), st.integers(0, 2000)), max_size=80)

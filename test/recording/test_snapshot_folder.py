@@ -14,8 +14,7 @@ from rosbags.highlevel import AnyReader
 from hijack_detect.bags.errors import BagError
 from hijack_detect.bags.reader import BagReader, RawMessage
 from hijack_detect.recording.parameters import MEGABYTE, RecorderParameters
-from hijack_detect.recording.snapshot import Snapshot
-from hijack_detect.recording.snapshot_folder import SnapshotFolder
+from hijack_detect.recording.snapshots import Snapshot, SnapshotFolder
 
 NAME = "alert_20261125T133510.123Z"
 

@@ -11,8 +11,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from small_bags import bag, scenario, stand_in  # noqa: F401
 
-from hijack_detect.replay.playback import Playback
-from hijack_detect.replay.playback_parameters import ReplayParameters
+from hijack_detect.replay.playback import Playback, ReplayParameters
 
 
 @pytest.fixture

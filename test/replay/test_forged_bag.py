@@ -17,9 +17,8 @@ from hijack_detect.bags.encoding import encode_count
 from hijack_detect.bags.reader import BagReader, RawMessage
 from hijack_detect.bags.samples import read_samples
 from hijack_detect.replay.injection import inject
-from hijack_detect.replay.message_spoofer import MessageSpoofer
 from hijack_detect.replay.offline import OfflineRun, spoofed_samples
-from hijack_detect.replay.playback import Playback
+from hijack_detect.replay.playback import MessageSpoofer, Playback
 from hijack_detect.simulation.flight import generate_flight
 from hijack_detect.simulation.plan import FlightPlan
 from hijack_detect.spoofing.scenario import Scenario, load_scenario, parse_scenario

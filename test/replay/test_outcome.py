@@ -6,7 +6,7 @@ from __future__ import annotations
 import pytest
 
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.replay.outcome import (
+from hijack_detect.replay.truth import (
     Attack,
     DetectorOutcome,
     alert_is_right,

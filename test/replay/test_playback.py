@@ -22,8 +22,7 @@ from small_bags import (
 from hijack_detect.bags.encoding import encode_sample
 from hijack_detect.bags.errors import BagError
 from hijack_detect.bags.reader import BagReader, RawMessage, typestore
-from hijack_detect.replay.playback import Outgoing, Playback, moved_stamp
-from hijack_detect.replay.playback_parameters import ReplayParameters
+from hijack_detect.replay.playback import Outgoing, Playback, ReplayParameters, moved_stamp
 from hijack_detect.spoofing.scenario import ScenarioError, load_scenario
 from hijack_detect.spoofing.spoofer import Spoofer
 from hijack_detect.streams.cdr import stamp_from_bytes

@@ -9,7 +9,7 @@ from small_bags import (
 )
 
 from hijack_detect.bags.topics import PRESETS
-from hijack_detect.replay.playback_topics import routes
+from hijack_detect.replay.playback import routes
 
 IMU, FIX = "sensor_msgs/msg/Imu", "sensor_msgs/msg/NavSatFix"
 

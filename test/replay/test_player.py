@@ -20,8 +20,7 @@ from small_bags import (
     write,
 )
 
-from hijack_detect.replay.playback import Outgoing, Playback
-from hijack_detect.replay.playback_parameters import ReplayParameters
+from hijack_detect.replay.playback import Outgoing, Playback, ReplayParameters
 from hijack_detect.replay.player import Player, State, Tick
 from hijack_detect.streams.cdr import stamp_from_bytes
 from hijack_detect.streams.samples import MagneticSample

@@ -22,7 +22,7 @@ from hijack_detect.simulation.disturbances import (
 from hijack_detect.simulation.flight import Flight, generate_flight
 from hijack_detect.simulation.navigation import Navigation
 from hijack_detect.simulation.plan import FlightPlan
-from hijack_detect.simulation.vibration import shaking
+from hijack_detect.simulation.sensors import shaking
 
 BEGIN = 42.0
 PLAN = FlightPlan("straight", duration_s=70.0)

@@ -5,7 +5,7 @@ import dataclasses
 
 import pytest
 
-from hijack_detect.spoofing.history import History
+from hijack_detect.spoofing.onset import History
 from hijack_detect.spoofing.scenario import parse_scenario
 from hijack_detect.spoofing.spoofer import Spoofer
 from hijack_detect.streams.samples import FixSample

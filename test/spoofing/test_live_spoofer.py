@@ -11,8 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hijack_detect.parameters import ParameterError
-from hijack_detect.spoofing.live import NOTHING, LiveSpoofer
-from hijack_detect.spoofing.live_parameters import SpooferParameters, chosen_attack
+from hijack_detect.spoofing.live import NOTHING, LiveSpoofer, SpooferParameters, chosen_attack
 from hijack_detect.spoofing.scenario import ScenarioError, parse_scenario
 from hijack_detect.spoofing.spoofer import Spoofer
 from hijack_detect.streams.samples import NANOSECONDS, FixSample, SatelliteSample

@@ -6,8 +6,8 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hijack_detect.streams.headerless import SatelliteStamps
 from hijack_detect.streams.samples import SatelliteSample
+from hijack_detect.streams.satellites import SatelliteStamps
 
 Event = tuple[int, str, int]
 """Published, topic, stamp or count."""

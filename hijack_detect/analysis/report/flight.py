@@ -10,7 +10,7 @@ import numpy as np
 from hijack_detect.analysis.account import MONITOR
 from hijack_detect.analysis.alarms import Span
 from hijack_detect.analysis.analyse import Analysed
-from hijack_detect.analysis.report.curve import Array, Curve
+from hijack_detect.analysis.report.curves import Array, Curve
 from hijack_detect.analysis.report.recording import Recording, Track
 from hijack_detect.analysis.report.style import (
     ALERT,

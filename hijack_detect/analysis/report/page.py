@@ -7,13 +7,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from html import escape
 from pathlib import Path
+from string import Template
 
 from plotly.offline import get_plotlyjs
 
 from hijack_detect import __version__
-from hijack_detect.analysis.analyse import Analysed
-from hijack_detect.analysis.report import consistency, methods, tables
-from hijack_detect.analysis.report.events import events
+from hijack_detect.analysis.analyse import CLEAN, OPEN, SPOOFED, Analysed, found
+from hijack_detect.analysis.report import methods, tables
 from hijack_detect.analysis.report.flight import (
     WORDS,
     alert_bands,
@@ -31,11 +31,126 @@ from hijack_detect.analysis.report.style import (
     add_alert,
     add_bands,
     say_if_empty,
+    score_panel,
 )
-from hijack_detect.analysis.report.template import CSS, PAGE, SCRIPT
-from hijack_detect.analysis.report.verdict_curves import score_panel
-from hijack_detect.analysis.sentence import CLEAN, OPEN, SPOOFED, found
+from hijack_detect.analysis.report.tables import events
 from hijack_detect.detectors.verdict import State
+
+CSS = """
+:root { --ink: #1f2933; --soft: #5b6776; --line: #e1e6ec; --ground: #f5f7f9; }
+* { box-sizing: border-box; }
+body { margin: 0; background: var(--ground); color: var(--ink);
+  font: 15px/1.5 system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', sans-serif; }
+main { max-width: 1180px; margin: 0 auto; padding: 28px 20px 48px; }
+h1 { font-size: 24px; line-height: 1.25; margin: 0 0 4px; }
+h1, dd { overflow-wrap: anywhere; }
+h2 { font-size: 17px; margin: 0 0 2px; }
+p { margin: 0; }
+.soft { color: var(--soft); font-size: 13px; }
+section { background: white; border: 1px solid var(--line); border-radius: 10px;
+  padding: 16px 18px; margin-top: 16px; }
+#verdict { border-left: 6px solid var(--mark); }
+#verdict p { font-size: 19px; font-weight: 600; line-height: 1.4; }
+#verdict p.cause { font-size: 16px; font-weight: 500; margin-top: 8px; overflow-wrap: anywhere; }
+#verdict .found { background: var(--mark); color: white; border-radius: 5px; font-size: 13px;
+  padding: 2px 9px; margin-right: 10px; vertical-align: 2px; white-space: nowrap; }
+#verdict ul { margin: 14px 0 0; padding-left: 18px; }
+.good { --mark: #1f7f56; } .bad { --mark: #d7263d; } .open { --mark: #a86a00; }
+dl { display: grid; grid-template-columns: repeat(auto-fit, minmax(150px, 1fr)); gap: 10px 20px;
+  margin: 14px 0 0; }
+dt { color: var(--soft); font-size: 12px; } dd { margin: 0; font-weight: 600; }
+.key { display: flex; flex-wrap: wrap; gap: 4px 18px; margin-top: 16px; }
+.key i { display: inline-block; width: 22px; height: 12px; margin-right: 6px; border-radius: 2px;
+  vertical-align: -1px; }
+.wide { overflow-x: auto; }
+table { border-collapse: collapse; width: 100%; margin-top: 10px; font-size: 14px; }
+th { text-align: left; color: var(--soft); font-size: 12px; font-weight: 600; }
+th, td { padding: 6px 14px 6px 0; border-bottom: 1px solid var(--line); vertical-align: top; }
+.n { text-align: right; white-space: nowrap; font-variant-numeric: tabular-nums; width: 1%; }
+td:last-child { min-width: 170px; }
+.dot::before { content: ''; display: inline-block; width: 9px; height: 9px; border-radius: 50%;
+  background: var(--dot, #c3c9d1); margin-right: 8px; }
+tr.alert td { font-weight: 600; color: #b01c30; }
+@media (max-width: 600px), (pointer: coarse) { .modebar { display: none; } }
+@media (max-width: 600px) {
+  main { padding: 16px 8px 32px; } section { padding: 12px 10px; border-radius: 8px; }
+  h1 { font-size: 20px; } #verdict p { font-size: 17px; }
+  dl { grid-template-columns: 1fr 1fr; } td, th { padding-right: 8px; }
+}
+"""
+
+SCRIPT = """
+const timed = [...document.querySelectorAll('.timed .plotly-graph-div')];
+const touch = matchMedia('(pointer: coarse)').matches;
+let following = false;
+for (const plot of timed) plot.on('plotly_relayout', change => {
+  const range = change['xaxis.range'] || [change['xaxis.range[0]'], change['xaxis.range[1]']];
+  const home = change['xaxis.autorange'];
+  if (following || !(home || range[0] !== undefined)) return;
+  following = true;
+  const update = {'xaxis.range': home ? [0, DURATION] : range, 'xaxis.autorange': false};
+  Promise.all(timed.map(other => other === plot && !home ? null : Plotly.relayout(other, update)))
+    .finally(() => { following = false; });
+});
+if (touch) for (const plot of document.querySelectorAll('.plotly-graph-div'))
+  Plotly.relayout(plot, {dragmode: false});
+"""
+
+PAGE = Template("""<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<link rel="icon" href="data:,">
+<title>$title</title>
+<style>$css</style>
+<script>$plotly</script>
+</head>
+<body>
+<main>
+<p class="soft">GPS spoofing analysis</p>
+<h1>$title</h1>
+<section id="verdict" class="$mood">
+<p><span class="found">$found</span><span class="said">$verdict</span></p>
+$causes
+<dl>$facts</dl>
+<ul class="soft"$noted>$notes</ul>
+</section>
+$track
+<div class="key soft">$key</div>
+$figures
+<section id="events">
+<h2>Events</h2>
+<p class="soft">$events_note</p>
+<div class="wide"><table>
+<thead><tr><th class="n">second</th><th>what</th><th>why</th></tr></thead>
+<tbody>$events</tbody>
+</table></div>
+</section>
+<section id="detectors">
+<h2>Detectors</h2>
+<p class="soft">Could tell: share of the time in the air. Then the share of the whole log in each
+state; only normal, suspicious and alarm say anything about the GPS.</p>
+<div class="wide"><table>
+<thead><tr><th>detector</th><th class="n">could tell</th>$states
+<th class="n">largest margin</th><th>said then</th></tr></thead>
+<tbody>$detectors</tbody>
+</table></div>
+</section>
+<section id="skipped"$clean>
+<h2>Messages left out</h2>
+<table>
+<thead><tr><th class="n">number</th><th>reason</th></tr></thead>
+<tbody>$skipped</tbody>
+</table>
+</section>
+<p class="soft" style="margin-top: 18px">$footer</p>
+</main>
+<script>$script</script>
+</body>
+</html>
+""")
+
 
 MOST_EVENTS = 200
 CONFIG = {
@@ -104,7 +219,7 @@ def _panels(done: Analysed, recorded: Recording) -> Iterator[Panel | None]:
     yield methods.margins_panel(done, recorded)
     yield deviation_panel(done)
     for name in done.analysis.detectors:
-        for make in {**methods.PANELS, **consistency.PANELS}.get(name, (score_panel,)):
+        for make in methods.PANELS.get(name, (score_panel,)):
             yield replace(make(done, recorded, name), detectors=(name,))
     yield from quality_panels(done, recorded)
 

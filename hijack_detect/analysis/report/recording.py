@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 import pymap3d
 
-from hijack_detect.analysis.report.curve import Array, Curve, Rows
-from hijack_detect.analysis.report.trace import Trace
+from hijack_detect.analysis.report.curves import Array, Curve, Rows, Trace
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.detectors.verdict import Verdict
 from hijack_detect.estimation.course import gps_angle

@@ -17,7 +17,7 @@ from hijack_detect.cli.common import share_folder
 from hijack_detect.cli.doctor import machine, packages, ros_settings, shared_memory
 from hijack_detect.cli.doctor.child import Child, ChildError, findings
 from hijack_detect.cli.doctor.finding import Check, Finding, Level, findings_of
-from hijack_detect.nodes.security import NOT_BUILT_IN, is_asked_for, unprotected
+from hijack_detect.nodes.running import NOT_BUILT_IN, is_asked_for, unprotected
 
 PEER, GRAPH = "hijack_detect.cli.doctor.peer", "hijack_detect.cli.doctor.graph"
 TALK_S, LOOK_S = 12.0, 25.0

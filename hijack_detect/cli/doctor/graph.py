@@ -18,7 +18,7 @@ from rclpy.node import Node
 from hijack_detect.bags.topics import TYPES
 from hijack_detect.cli.doctor.child import printed
 from hijack_detect.cli.doctor.expectations import Heard, inputs, monitors, topics_of
-from hijack_detect.nodes.message_types import message_class
+from hijack_detect.nodes.messages import message_class
 from hijack_detect.nodes.qos import SENSOR
 
 NAME = "hijack_detect_doctor"

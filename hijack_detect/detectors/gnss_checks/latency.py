@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hijack_detect.detectors.gnss_checks.step import WINDOW_NS, Step, without_part
-from hijack_detect.estimation.gps_lag import GROWTH, MOST_GROWTH_S
+from hijack_detect.estimation.lag_ekf import GROWTH, MOST_GROWTH_S
 from hijack_detect.streams.samples import NANOSECONDS, Vector3
 
 MAX_SHORT_RATE = 1.0

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from hijack_detect.detectors.kld_parameters import NAMES
+from hijack_detect.detectors.kld_values import NAMES
 from hijack_detect.evaluation.scores.evaluate import Evaluation
 from hijack_detect.evaluation.scores.evaluation_tables import NONE, TextTable, proportion, spread
 from hijack_detect.evaluation.scores.forged import UNITS

@@ -11,8 +11,7 @@ from pathlib import Path
 from hijack_detect import __version__
 from hijack_detect.analysis.account import Account
 from hijack_detect.analysis.log_clock import LogClock
-from hijack_detect.evaluation.scores.forged import ForgedData
-from hijack_detect.evaluation.scores.forging_time import ForgingTime, forging_times
+from hijack_detect.evaluation.scores.forged import ForgedData, ForgingTime, forging_times
 from hijack_detect.evaluation.scores.methods import judge_case, with_baselines
 from hijack_detect.evaluation.scores.metrics import FlightOutcome, MethodSummary, summarise
 from hijack_detect.evaluation.scores.model import Model

@@ -21,7 +21,7 @@ from hijack_detect.evaluation.scores.evaluation_tables import (
     flight_table,
 )
 from hijack_detect.evaluation.scores.methods import Judgement
-from hijack_detect.evaluation.scores.roc import roc_curve
+from hijack_detect.evaluation.scores.metrics import roc_curve
 from hijack_detect.evaluation.scores.watch_tables import EXPLAINED as WATCHED
 from hijack_detect.evaluation.scores.watch_tables import watch_tables
 

@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hijack_detect.detectors.fusion import Fusion, FusionResult
-from hijack_detect.detectors.fusion_parameters import FusionParameters
+from hijack_detect.detectors.fusion_decisions import FusionParameters
 from hijack_detect.detectors.ins_position import InsPosition
 from hijack_detect.detectors.kld import KldDetector
 from hijack_detect.detectors.verdict import State, Verdict
@@ -29,7 +29,7 @@ from hijack_detect.monitor.graph import MonitorParameters
 from hijack_detect.monitor.parts import DETECTORS, PUBLISHED, WEIGHTS, own_part
 from hijack_detect.monitor.policies import policy_parameters
 from hijack_detect.replay.offline import OfflineRun
-from hijack_detect.replay.outcome import Attack, alert_is_right
+from hijack_detect.replay.truth import Attack, alert_is_right
 from hijack_detect.streams.samples import NANOSECONDS
 
 BASELINE = own_part(InsPosition)

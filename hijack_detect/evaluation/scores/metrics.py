@@ -6,13 +6,43 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.stats import binomtest, chi2
+import numpy.typing as npt
+from scipy.stats import binomtest, chi2, rankdata
 
 from hijack_detect.evaluation.scores.forged import ForgedValues
 from hijack_detect.evaluation.scores.methods import Judgement, MethodOutcome
 from hijack_detect.evaluation.scores.model import Model
-from hijack_detect.evaluation.scores.roc import roc_area
 from hijack_detect.evaluation.scores.watch import FlightWatch
+
+Curve = tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]
+
+
+def roc_area(clean: Sequence[float], hijacked: Sequence[float]) -> float | None:
+    """Probability that a hijacked flight has the higher score, ties count half.
+
+    It is the statistic of Mann and Whitney over the number of pairs; None without flights of
+    both sorts.
+    """
+    pairs = len(clean) * len(hijacked)
+    if not pairs:
+        return None
+    ranks = rankdata(np.concatenate([hijacked, clean]))[: len(hijacked)]
+    return float(ranks.sum() - len(hijacked) * (len(hijacked) + 1) / 2) / pairs
+
+
+def roc_curve(clean: Sequence[float], hijacked: Sequence[float]) -> Curve:
+    """Parts of the clean and of the hijacked flights at or above each threshold, from 0 to 1.
+
+    Both lists must have an element.
+    """
+    thresholds = np.unique(np.concatenate([clean, hijacked]))[::-1]
+    parts = [
+        np.mean(np.asarray(scores)[:, np.newaxis] >= thresholds, axis=0)
+        for scores in (clean, hijacked)
+    ]
+    false, true = (np.concatenate([[0.0], part]) for part in parts)
+    return false, true
+
 
 LEVEL = 0.95
 

@@ -8,9 +8,8 @@ from collections.abc import Callable, Sequence
 from scipy.stats import chi2
 
 from hijack_detect.analysis.account import Account
-from hijack_detect.analysis.alarms import AlertSpan
+from hijack_detect.analysis.alarms import AlertSpan, Times
 from hijack_detect.analysis.analysis import Visible
-from hijack_detect.analysis.times import Times
 from hijack_detect.analysis.worth import lasting, not_judged, visible
 from hijack_detect.evaluation.scores.model import Model
 

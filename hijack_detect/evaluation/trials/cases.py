@@ -12,14 +12,13 @@ from typing import Any, Protocol
 
 from hijack_detect.analysis.log_clock import LogClock
 from hijack_detect.bags.reader import BagReader
+from hijack_detect.estimation.geodesy import separation_m
 from hijack_detect.logs.formats import opened
 from hijack_detect.monitor.graph import Monitor, MonitorParameters
 from hijack_detect.replay.offline import OfflineRun, run_offline, run_samples
-from hijack_detect.replay.outcome import Attack
-from hijack_detect.replay.truth import attack_times, known_attack, truth_track
+from hijack_detect.replay.truth import Attack, attack_times, known_attack, truth_track
 from hijack_detect.simulation.flight import Flight, generate_flight
 from hijack_detect.simulation.plan import FlightPlan
-from hijack_detect.spoofing.plane import separation_m
 from hijack_detect.spoofing.scenario import Scenario
 from hijack_detect.spoofing.spoofer import Spoofer
 from hijack_detect.streams.samples import NANOSECONDS, PressureSample, Sample

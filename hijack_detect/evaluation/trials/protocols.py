@@ -21,8 +21,8 @@ import numpy as np
 from hijack_detect.evaluation.trials.basan2022 import basan2022
 from hijack_detect.evaluation.trials.cases import SimulatedCase
 from hijack_detect.evaluation.trials.fake_tracks import ATTACK_S, TRACKS, fake_track
-from hijack_detect.evaluation.trials.hard import hard
 from hijack_detect.evaluation.trials.limits import limits
+from hijack_detect.simulation.hard_flights import HARD_FLIGHTS
 from hijack_detect.simulation.plan import FlightPlan, forward_end_s, forward_start_s
 
 MAX_SCALE = 200
@@ -58,16 +58,6 @@ def feng2018(scale: int = 1, *, noise_m: float = 0.0) -> list[SimulatedCase]:
     return clean + [hijacked_case(HIJACKED_SEED + index, noise_m) for index in range(50 * scale)]
 
 
-PROTOCOLS: Mapping[str, Callable[[int], list[SimulatedCase]]] = {
-    "feng2018": feng2018,
-    "feng2018_noisy": partial(feng2018, noise_m=NOISE_M),
-    "basan2022": basan2022,
-    "limits": limits,
-    "hard": hard,
-}
-"""Makers of the cases by name of the protocol; the argument is the scale."""
-
-
 def hijacked_case(seed: int, noise_m: float = 0.0) -> SimulatedCase:
     """A flight with a fake track: even seeds fly a straight route, odd ones a curved one."""
     plan = FlightPlan("straight" if seed % 2 == 0 else "curved")
@@ -76,3 +66,44 @@ def hijacked_case(seed: int, noise_m: float = 0.0) -> SimulatedCase:
     onset = rng.uniform(forward_start_s(plan) + SETTLED_S, forward_end_s(plan) - ATTACK_S)
     scenario = fake_track(shape, round(onset, 1), rng, noise_m)
     return SimulatedCase(f"hijacked_{seed}_{plan.route}_{shape}", "hijacked", plan, seed, scenario)
+
+
+HARD_SEED, SEEDS_OF_A_CLASS = 70_000_000, 10_000
+FLIGHTS = 10
+"""Flights of each class at scale 1."""
+
+
+def hard(scale: int = 1) -> list[SimulatedCase]:
+    """As many flights of each of the HARD_FLIGHTS.
+
+    A larger scale adds flights and changes none.
+
+    Args:
+        scale: How many times 10 flights of each class.
+
+    Raises:
+        ValueError: The scale is not within 1 to MAX_SCALE.
+    """
+    if not 1 <= scale <= MAX_SCALE:
+        raise ValueError(f"scale is {scale}, it must be within 1 to {MAX_SCALE}")
+    return [hard_case(name, number) for name in HARD_FLIGHTS for number in range(FLIGHTS * scale)]
+
+
+def hard_case(name: str, number: int) -> SimulatedCase:
+    """A flight of a class by its number within the class.
+
+    Raises:
+        KeyError: There is no such class.
+    """
+    seed = HARD_SEED + list(HARD_FLIGHTS).index(name) * SEEDS_OF_A_CLASS + number
+    return SimulatedCase(f"{name}_{number}", name, HARD_FLIGHTS[name](seed), seed)
+
+
+PROTOCOLS: Mapping[str, Callable[[int], list[SimulatedCase]]] = {
+    "feng2018": feng2018,
+    "feng2018_noisy": partial(feng2018, noise_m=NOISE_M),
+    "basan2022": basan2022,
+    "limits": limits,
+    "hard": hard,
+}
+"""Makers of the cases by name of the protocol; the argument is the scale."""

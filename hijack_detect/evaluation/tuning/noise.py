@@ -15,8 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from hijack_detect.detectors.date import DateDetector
-from hijack_detect.detectors.date_parameters import DateParameters
+from hijack_detect.detectors.date import DateDetector, DateParameters
 from hijack_detect.evaluation.trials.recorded import Recorded, judge
 from hijack_detect.streams.samples import NANOSECONDS, VelocitySample
 

@@ -14,7 +14,7 @@ from hijack_detect.evaluation.trials.parallel import HERE, Failure, Pool, map_ca
 from hijack_detect.evaluation.trials.recorded import Recorded, judge
 from hijack_detect.evaluation.trials.recorded import record as record_flight
 from hijack_detect.monitor.graph import MonitorParameters, component_of
-from hijack_detect.replay.outcome import Attack, alert_is_right
+from hijack_detect.replay.truth import Attack, alert_is_right
 
 CLEAN = "non-hijacked"
 """All classes but `hijacked` together."""

@@ -16,16 +16,14 @@ from typing import TypeAlias
 
 import numpy as np
 
-from hijack_detect.detectors.correlation import CorrelationDetector
-from hijack_detect.detectors.correlation_parameters import CorrelationParameters
-from hijack_detect.detectors.date import DateDetector
-from hijack_detect.detectors.date_parameters import DateParameters
+from hijack_detect.detectors.correlation import CorrelationDetector, CorrelationParameters
+from hijack_detect.detectors.date import DateDetector, DateParameters
 from hijack_detect.detectors.persistence import Persistence
 from hijack_detect.detectors.verdict import JUDGED, Verdict
 from hijack_detect.evaluation.scores.metrics import Rate
 from hijack_detect.evaluation.trials.recorded import Recorded, judge
 from hijack_detect.monitor.graph import MonitorParameters
-from hijack_detect.replay.outcome import detector_outcome
+from hijack_detect.replay.truth import detector_outcome
 
 Counted: TypeAlias = Callable[[Recorded, MonitorParameters, Sequence[float]], "Alarms"]
 

@@ -10,9 +10,8 @@ import pytest
 from scipy.optimize import approx_fprime
 from scipy.stats import poisson
 
-from hijack_detect.evaluation.scores.forged import ForgedData, likelihood
-from hijack_detect.evaluation.scores.forging_time import forging_times
-from hijack_detect.replay.outcome import Attack
+from hijack_detect.evaluation.scores.forged import ForgedData, forging_times, likelihood
+from hijack_detect.replay.truth import Attack
 from hijack_detect.streams.samples import FixSample, SatelliteSample, VelocitySample
 
 SECOND = 10**9

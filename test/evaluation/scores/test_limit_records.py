@@ -8,15 +8,15 @@ from functools import partial
 import pytest
 from ros import ROOT
 
-from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.evaluation.scores.forked_record import record_forked
-from hijack_detect.evaluation.scores.limit_records import (
+from experiments.limits_records import (
     WINDOWS_S,
     CleanLog,
     FlightRecord,
     method_record,
     record_case,
+    record_forked,
 )
+from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.evaluation.trials.cases import BagCase
 from hijack_detect.evaluation.trials.families import CLEAN
 from hijack_detect.evaluation.trials.limits import limits

@@ -6,7 +6,7 @@ from __future__ import annotations
 import pytest
 
 from hijack_detect.detectors.fusion import FusionResult
-from hijack_detect.detectors.fusion_parameters import FusionParameters
+from hijack_detect.detectors.fusion_decisions import FusionParameters
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.evaluation.scores.evaluate import run_case
 from hijack_detect.evaluation.scores.methods import (
@@ -21,7 +21,7 @@ from hijack_detect.evaluation.trials.cases import CaseRun, SimulatedCase
 from hijack_detect.monitor.parts import DETECTORS, PUBLISHED
 from hijack_detect.monitor.policies import policy_parameters
 from hijack_detect.replay.offline import OfflineRun
-from hijack_detect.replay.outcome import Attack
+from hijack_detect.replay.truth import Attack
 from hijack_detect.simulation.plan import FlightPlan
 from hijack_detect.streams.samples import NANOSECONDS
 

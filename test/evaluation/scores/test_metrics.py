@@ -13,9 +13,10 @@ from hijack_detect.evaluation.scores.metrics import (
     Proportion,
     Rate,
     Spread,
+    roc_area,
+    roc_curve,
     summarise,
 )
-from hijack_detect.evaluation.scores.roc import roc_area, roc_curve
 
 J = Judgement
 

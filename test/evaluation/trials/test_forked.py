@@ -13,11 +13,11 @@ from typing import Any
 import pytest
 from ros import ROOT
 
+from experiments.forked import run_forked
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.evaluation.scores.methods import with_baselines
 from hijack_detect.evaluation.trials.cases import BagCase
 from hijack_detect.evaluation.trials.families import FAMILIES, Size, jump, scenario_of
-from hijack_detect.evaluation.trials.forked import run_forked
 from hijack_detect.monitor.graph import MonitorParameters
 from hijack_detect.replay.offline import OfflineRun
 from hijack_detect.spoofing.scenario import Scenario, ScenarioError

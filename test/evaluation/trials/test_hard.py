@@ -8,7 +8,7 @@ from collections import Counter
 
 import pytest
 
-from hijack_detect.evaluation.trials.hard import FLIGHTS, hard
+from hijack_detect.evaluation.trials.protocols import FLIGHTS, hard
 from hijack_detect.simulation.hard_flights import HARD_FLIGHTS
 
 

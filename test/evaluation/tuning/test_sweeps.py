@@ -29,7 +29,7 @@ from hijack_detect.evaluation.tuning.sweeps import (
     sweep,
 )
 from hijack_detect.monitor.policies import policy_parameters
-from hijack_detect.replay.outcome import alert_is_right
+from hijack_detect.replay.truth import alert_is_right
 from hijack_detect.simulation.plan import FlightPlan
 
 PAPER = policy_parameters("paper")

@@ -10,18 +10,11 @@ from pathlib import Path
 import pytest
 from ros import ROOT
 
-from hijack_detect.detectors.correlation_parameters import CorrelationParameters
-from hijack_detect.detectors.date import DateDetector
-from hijack_detect.detectors.date_parameters import DateParameters
+from hijack_detect.detectors.correlation import CorrelationParameters
+from hijack_detect.detectors.date import DateDetector, DateParameters
 from hijack_detect.estimation.attitude_parameters import AttitudeParameters
 from hijack_detect.evaluation.trials.cases import BagCase, SimulatedCase
 from hijack_detect.evaluation.trials.recorded import Recorded, judge, record
-from hijack_detect.evaluation.tuning.survey import (
-    SETTLED_S,
-    attack_onsets_s,
-    longest_forward,
-    survey,
-)
 from hijack_detect.evaluation.tuning.sweeps import verdicts_at
 from hijack_detect.evaluation.tuning.thresholds import (
     FEW_FLIGHTS_FACTOR,
@@ -36,7 +29,15 @@ from hijack_detect.evaluation.tuning.thresholds import (
     choose,
     safety_factor,
 )
-from hijack_detect.evaluation.tuning.tuning import tune, with_choices, with_lag
+from hijack_detect.evaluation.tuning.tuning import (
+    SETTLED_S,
+    attack_onsets_s,
+    longest_forward,
+    survey,
+    tune,
+    with_choices,
+    with_lag,
+)
 from hijack_detect.monitor.policies import policy_parameters
 from hijack_detect.replay.simulated_bag import make_bag
 from hijack_detect.simulation.plan import FlightPlan

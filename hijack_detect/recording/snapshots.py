@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""Snapshots on disk: written beside, flushed, then renamed, so that a name means a whole bag."""
+"""What one snapshot is, before and after it is written."""
 
 from __future__ import annotations
 
@@ -7,14 +7,67 @@ import os
 import re
 import shutil
 import time
-from collections.abc import Iterable
+from collections import deque
+from collections.abc import Iterable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
+from dataclasses import dataclass
 from itertools import count
 from pathlib import Path
 
+from hijack_detect.bags.reader import RawMessage
 from hijack_detect.bags.writer import BagWriter
 from hijack_detect.recording.parameters import MEGABYTE, RecorderParameters
-from hijack_detect.recording.snapshot import Snapshot, Written
+from hijack_detect.recording.problems import told
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """Messages around an alert that are to be written as a bag.
+
+    Attributes:
+        name: Name of the snapshot, the same for its parts and for the whole.
+        part: 0 for the whole; parts are numbered from 1, and each holds the one before.
+        alerts_ns: Stamps of the alerts in it, nanoseconds.
+        messages: In order of log time.
+    """
+
+    name: str
+    part: int
+    alerts_ns: tuple[int, ...]
+    messages: Sequence[RawMessage]
+
+    @property
+    def complete(self) -> bool:
+        """Whether the time after the alert is in it, as far as there was any."""
+        return self.part == 0
+
+    @property
+    def directory(self) -> str:
+        """Name of the bag directory."""
+        return self.name if self.complete else f"{self.name}.part{self.part}"
+
+
+@dataclass(frozen=True)
+class Written:
+    """A snapshot on disk, complete and flushed.
+
+    `size` is in bytes.
+    """
+
+    snapshot: Snapshot
+    size: int
+    excess: tuple[str, ...]
+    """Bag directories that should go, so that the bounds hold; the oldest first."""
+
+
+@dataclass(frozen=True)
+class Failed:
+    """A snapshot that could not be written; `text` says why, and what to do."""
+
+    snapshot: Snapshot
+    text: str
+
 
 SNAPSHOTS = "snapshots"
 """Name of the folder beside the journal."""
@@ -151,3 +204,76 @@ def _flush_one(path: Path) -> None:
         os.fsync(descriptor)
     finally:
         os.close(descriptor)
+
+
+RETRY_S = 5.0
+MAX_WAITING = 3
+"""Snapshots kept in memory while the disk takes none."""
+
+
+class SnapshotWriter:
+    """A queue of snapshots, written one after the other; what fails is tried again.
+
+    Attributes:
+        lost: Snapshots given up, because too many were waiting for the disk.
+    """
+
+    def __init__(self, folder: SnapshotFolder) -> None:
+        self._folder = folder
+        self._waiting: deque[Snapshot] = deque()
+        self._writing: Future[Written | Failed] | None = None
+        self._threads = ThreadPoolExecutor(max_workers=1, thread_name_prefix="snapshots")
+        self._not_before_s = 0.0
+        self.lost = 0
+
+    @property
+    def busy(self) -> bool:
+        """Whether something is being written or waits to be."""
+        return self._writing is not None or bool(self._waiting)
+
+    def add(self, snapshot: Snapshot) -> None:
+        """Take a snapshot; a part that still waits is replaced by a later one of its snapshot."""
+        self._waiting = deque(one for one in self._waiting if one.name != snapshot.name)
+        self._waiting.append(snapshot)
+        while len(self._waiting) > MAX_WAITING:
+            self._waiting.popleft()
+            self.lost += 1
+
+    def poll(self, wall_s: float) -> Written | Failed | None:
+        """Begin the next one; return what was written or failed since the last call, if any."""
+        done = None
+        if self._writing is not None and self._writing.done():
+            done = self._take(self._writing, wall_s)
+        if self._writing is None and self._waiting and wall_s >= self._not_before_s:
+            self._writing = self._threads.submit(self._write, self._waiting.popleft())
+        return done
+
+    def finish(self, wall_s: float) -> list[Written | Failed]:
+        """Write all that waits, each tried once, and end the thread."""
+        done: list[Written | Failed] = []
+        self._not_before_s = wall_s
+        for _ in range(MAX_WAITING + 1):
+            if (one := self.poll(wall_s)) is not None:
+                done.append(one)
+            if self._writing is None:
+                break
+            done.append(self._take(self._writing, wall_s))
+            self._not_before_s = wall_s
+        self._threads.shutdown()
+        return done
+
+    def _write(self, snapshot: Snapshot) -> Written | Failed:
+        """Runs in the thread."""
+        try:
+            return self._folder.write(snapshot)
+        except Exception as error:  # whatever a disk and a writer of bags can raise
+            return Failed(snapshot, told(self._folder.path / snapshot.directory, error))
+
+    def _take(self, writing: Future[Written | Failed], wall_s: float) -> Written | Failed:
+        done = writing.result()
+        self._writing = None
+        if isinstance(done, Failed):
+            self._not_before_s = wall_s + RETRY_S
+            if all(one.name != done.snapshot.name for one in self._waiting):
+                self._waiting.appendleft(done.snapshot)
+        return done

@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""A step of position that the reported motion does not explain."""
+"""Mean velocity over the last second, or over a longer gap, from fixes."""
 
 from __future__ import annotations
 
@@ -15,11 +15,37 @@ from hijack_detect.detectors.gnss_checks.step import (
     Finding,
     Step,
     known,
+    length,
     minus,
     plus,
 )
 from hijack_detect.detectors.verdict import State
 from hijack_detect.streams.samples import NANOSECONDS, Vector3
+
+
+class MeanVelocity:
+    """Displacement over at least 1 s divided by its time; the noise of fixes is then harmless.
+
+    It is level where heights were not measured.
+    """
+
+    def __init__(self) -> None:
+        """Start without fixes."""
+        self._places: deque[tuple[int, Vector3]] = deque()
+        self._place: Vector3 = ZERO
+
+    def add(self, step: Step) -> Vector3 | None:
+        """Mean velocity (ENU, m/s) up to the fix; None in the first second."""
+        if not self._places:
+            self._places.append((step.previous.stamp_ns, ZERO))
+        self._place = plus(self._place, known(step.moved))
+        self._places.append((step.stamp_ns, self._place))
+        while step.stamp_ns - self._places[1][0] >= NANOSECONDS:
+            self._places.popleft()
+        start_ns, place = self._places[0]
+        dt = (step.stamp_ns - start_ns) / NANOSECONDS
+        return None if dt < 1.0 else plus(ZERO, minus(self._place, place), 1.0 / dt)
+
 
 REPEATS, REPEAT_NS = 3, 5 * NANOSECONDS
 """So many jumps within this time are an alarm: a reflection comes and goes, it does not hop."""
@@ -144,3 +170,68 @@ class JumpCheck:
     def _forget(self) -> None:
         self._steps.clear()
         self._sum = ZERO
+
+
+SUSPICIOUS_PART = 0.8
+
+
+class SpeedCheck:
+    """Reported speed, and speed of the fixes over 1 s or over a gap, in three dimensions."""
+
+    name = "speed"
+
+    def __init__(self, limit: float) -> None:
+        """Alarm above `limit` m/s."""
+        self._limit = limit
+        self._mean = MeanVelocity()
+
+    def judge(self, step: Step) -> Finding:
+        """See Check."""
+        reported = 0.0 if step.velocity is None else length(known(step.velocity))
+        mean = self._mean.add(step)
+        flown = 0.0 if mean is None else length(mean)
+        speed = max(reported, flown)
+        margin = speed / self._limit
+        state = State.SUSPICIOUS if margin >= SUSPICIOUS_PART else State.NORMAL
+        source = "reported" if reported >= flown else "from fixes"
+        text = f"speed {speed:.1f} m/s {source} (limit {self._limit:g})"
+        return Finding(margin, State.ALARM if margin >= 1.0 else state, text)
+
+
+MEAN_NS = NANOSECONDS
+
+
+class AccelerationCheck:
+    """Change of the reported velocity, or else of the fixes' mean velocity, over about 1 s.
+
+    A change within less counts as one over a second: single outliers are for other checks.
+    """
+
+    name = "acceleration"
+
+    def __init__(self, limit: float) -> None:
+        """Alarm above `limit` m/s²."""
+        self._limit = limit
+        self._mean = MeanVelocity()
+        self._velocities: deque[tuple[int, Vector3]] = deque()
+        self._reported = False
+
+    def judge(self, step: Step) -> Finding:
+        """See Check."""
+        mean = self._mean.add(step)
+        velocity = mean if step.velocity is None else step.velocity
+        if (step.velocity is not None) is not self._reported or velocity is None:
+            self._velocities.clear()
+            self._reported = step.velocity is not None
+        if velocity is None:
+            return Finding()
+        self._velocities.append((step.stamp_ns, velocity))
+        while step.stamp_ns - self._velocities[0][0] > MEAN_NS and len(self._velocities) > 2:
+            self._velocities.popleft()
+        start_ns, first = self._velocities[0]
+        dt = max((step.stamp_ns - start_ns) / NANOSECONDS, 1.0)
+        size = length(known(minus(velocity, first))) / dt
+        margin = size / self._limit
+        state = State.SUSPICIOUS if margin >= SUSPICIOUS_PART else State.NORMAL
+        text = f"acceleration {size:.1f} m/s² over 1 s (limit {self._limit:g})"
+        return Finding(margin, State.ALARM if margin >= 1.0 else state, text)

@@ -1,5 +1,15 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""What is promised of hijack_alert: who publishes it and who hears it have it from here."""
+"""Timing contract of hijack_alert, and what writes a line into a log."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Literal
+
+Level = Literal["info", "warning", "error"]
+Tell = Callable[[Level, str], None]
+"""Writes a line into a log."""
+
 
 REPEAT_S = 1.0
 """It is repeated this often, by a clock that nobody sets."""
