@@ -24,32 +24,39 @@ def param(
     default: Value,
     doc: str,
     *,
+    source: str = "",
     unit: str = "",
     low: float | None = None,
     high: float | None = None,
     choices: tuple[str, ...] = (),
     fixed: bool = False,
+    basic: bool = False,
 ) -> Any:
     """Declare one parameter as a dataclass field.
 
     Args:
         default: Value used when nothing else is given; its type is the parameter's type.
-        doc: What it means, its source equation, and when to change it.
+        doc: What it means, and when to change it.
+        source: Where the default comes from: paper and section; the physics, with its derivation;
+            what was measured, with the place of the table; or "chosen", with what was tried.
         unit: Unit of the value, empty for none.
         low: Smallest allowed number.
         high: Largest allowed number.
         choices: The allowed strings.
         fixed: Whether it cannot change while a node runs, where others can.
+        basic: Whether it is one of the few that an integrator sets for a vehicle.
     """
     return dataclasses.field(
         default=default,
         metadata={
             "doc": doc,
+            "source": source,
             "unit": unit,
             "low": low,
             "high": high,
             "choices": choices,
             "fixed": fixed,
+            "basic": basic,
         },
     )
 
