@@ -15,6 +15,7 @@ from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.detectors.window import FULL, Unwrap, WindowSums
 from hijack_detect.estimation.rotation import heading
 from hijack_detect.parameters import Parameters, param
+from hijack_detect.streams.merge import sensor_patience
 from hijack_detect.streams.samples import NANOSECONDS, AttitudeSample, CourseSample, PhaseSample
 
 
@@ -110,6 +111,7 @@ class CorrelationParameters(Parameters):
         "Judge only while the vehicle is in the air with a usable IMU. Faithful: false.",
     )
     patience_s: float = patience()
+    sensor_patience_s: float = sensor_patience()
 
 
 YAW, COURSE = 0, 1
@@ -148,7 +150,13 @@ class CorrelationDetector:
     def __init__(self, parameters: CorrelationParameters) -> None:
         """Start with empty windows."""
         self._parameters = p = parameters
-        self.inputs = dict.fromkeys(("phase", "attitude", "course"), p.patience_s)
+        # The course follows each fix at once, so it is waited for as a sensor is: the fusion gives
+        # up a detector that waits for longer.
+        self.inputs = {
+            "phase": p.patience_s,
+            "attitude": p.patience_s,
+            "course": p.sensor_patience_s,
+        }
         self._smoothing = WindowSums(max(1, round(p.smoothing_s * NANOSECONDS)), 2)
         self._window_ns = round(p.window_s * NANOSECONDS)
         self._window = WindowSums(self._window_ns, 2, [(0, 0), (1, 1), (0, 1)])

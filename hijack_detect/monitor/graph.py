@@ -1,11 +1,11 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""The monitor as one object: the same stages that the nodes run, wired as their topics are."""
+"""The monitor: all parts behind their stages, offline and in flight."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections import defaultdict, deque
-from collections.abc import Mapping, Sequence
+from collections import Counter, defaultdict, deque
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, TypeVar
@@ -17,6 +17,7 @@ from hijack_detect.parameters import Parameters
 from hijack_detect.streams.receiver_clock import ReceiverClock
 
 P = TypeVar("P", bound=Parameters)
+OnError = Callable[[str, str, Sequence[Any], Exception], None]
 
 
 @dataclass(frozen=True)
@@ -70,33 +71,45 @@ class MonitorParameters:
 
 
 class Monitor:
-    """Feeds samples through attitude, course, detectors and fusion.
+    """Feeds samples through attitude, course, detectors and fusion, offline and in flight.
 
-    Inputs are `imu`, `fix`, `velocity`, `satellites`, `mag` and `pressure`; what each part puts
-    out goes to the parts that have an input of that name. Everything that was put out by one
-    `push` is returned.
+    Inputs are those that no part puts out: `imu`, `fix`, `velocity`, `satellites`, `mag` and
+    `pressure` for the whole monitor, for a single part whatever it subscribes to. What a part puts
+    out goes to the parts that have an input of its name, with the stamp up to which nothing more
+    will come of it, so that none of them waits for what will not come.
 
     Attributes:
         detectors: Names of the parts that give verdicts.
+        stages: The stages by name of the part.
         clock: Puts the receiver's stamps on the clock of the IMU before any part has them.
+        on_error: Called with part, input, samples and exception when a part raises; the others
+            go on. None lets the exception through.
     """
 
-    def __init__(self, parameters: MonitorParameters) -> None:
-        """Make all stages.
+    def __init__(
+        self, parameters: MonitorParameters, stages: Mapping[str, Stage] | None = None
+    ) -> None:
+        """Connect the stages of all parts.
+
+        Args:
+            parameters: Which parts there are, and their parameters.
+            stages: The stages by name of the part, as nodes have them; None makes them.
 
         Raises:
             ParameterError: See `weights`.
         """
         self.detectors = parameters.detectors
-        self.clock = ReceiverClock()
-        self.stages: Mapping[str, Stage] = {
+        self.stages: Mapping[str, Stage] = stages or {
             part.name: Stage(partial(component_of, part, parameters[part.name]))
             for part in parameters.parts
         }
-        self._hearers: dict[str, list[tuple[str, Stage]]] = defaultdict(list)
+        self.clock = ReceiverClock()
+        self.on_error: OnError | None = None
+        self._subscribers: dict[str, list[str]] = defaultdict(list)
+        self._passed_ns: Counter[str] = Counter()
         for name, stage in self.stages.items():
             for source in stage.component.inputs:
-                self._hearers[source].append((name, stage))
+                self._subscribers[source].append(name)
 
     def push(self, name: str, samples: Sequence[Any]) -> list[tuple[str, Any]]:
         """Take successive samples of one input; return (part, output) of all that followed.
@@ -104,15 +117,43 @@ class Monitor:
         What a part puts out is in order. Many samples at a time cost less than one by one, and
         lead to the same outputs.
         """
+        return self._run(self.clock.push_run(name, samples))
+
+    def note_time(self, stamp_ns: int) -> list[tuple[str, Any]]:
+        """Take the stamp of an IMU sample that no part has as an input; return as `push`."""
+        passed = self.clock.note_reference(stamp_ns)
+        return self._run((name, [sample]) for name, sample, _ in passed)
+
+    def _run(self, runs: Iterable[tuple[str, Sequence[Any]]]) -> list[tuple[str, Any]]:
         outputs: list[tuple[str, Any]] = []
-        waiting: deque[tuple[str, Sequence[Any]]] = deque(self.clock.push_run(name, samples))
+        waiting: deque[tuple[str, Sequence[Any], int | None]] = deque(
+            (name, samples, None) for name, samples in runs
+        )
         while waiting:
-            source, some = waiting.popleft()
-            for part, stage in self._hearers[source]:
-                if found := stage.push_all(source, some):
-                    outputs += [(part, output) for output in found]
-                    waiting.append((part, found))
+            source, samples, passed_ns = waiting.popleft()
+            for part in self._subscribers[source]:
+                found = self._outputs(part, source, samples, passed_ns)
+                outputs += [(part, output) for output in found]
+                own_ns = self.stages[part].passed_ns
+                if part in self._subscribers and (found or own_ns > self._passed_ns[part]):
+                    self._passed_ns[part] = own_ns
+                    waiting.append((part, found, own_ns))
         return outputs
+
+    def _outputs(
+        self, part: str, source: str, samples: Sequence[Any], passed_ns: int | None
+    ) -> list[Any]:
+        """What a part makes of samples of an input that brings nothing more up to a stamp."""
+        stage, found = self.stages[part], []
+        try:
+            found += stage.push_all(source, samples)
+            if passed_ns is not None:
+                found += stage.advance(source, passed_ns)
+        except Exception as error:
+            if self.on_error is None:
+                raise
+            self.on_error(part, source, samples, error)
+        return found
 
 
 def component_of(part: Part, parameters: Parameters) -> Component:
