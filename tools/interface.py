@@ -21,7 +21,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from hijack_detect.cli.parameter_files import BESIDE
 from hijack_detect.monitor.parts import GENERIC_NODE, PARTS
 from hijack_detect.nodes import COMPOSED, NODES, entry_point
-from hijack_detect.nodes.composition_parameters import CompositionParameters
+from hijack_detect.nodes.all import CompositionParameters
 from hijack_detect.nodes.detector_node import summary
 from hijack_detect.parameters import Parameters
 from hijack_detect.replay.playback import ReplayParameters

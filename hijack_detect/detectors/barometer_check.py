@@ -9,27 +9,9 @@ from dataclasses import dataclass
 
 from hijack_detect.detectors.altitude_parameters import AltitudeParameters
 from hijack_detect.detectors.height_error import HeightError
+from hijack_detect.estimation.barometer import pressure_height
 from hijack_detect.estimation.ekf import GRAVITY
 from hijack_detect.streams.samples import NANOSECONDS, FixSample, PressureSample, VelocitySample
-
-SEA_LEVEL_PA = 101_325.0
-SCALE_M = 44_330.77
-"""Standard temperature at sea level over its lapse rate: 288.15 K / 6.5 K/km."""
-EXPONENT = 0.190263
-"""Gas constant of air × lapse rate / gravity."""
-
-
-def pressure_height(pressure_pa: float) -> float:
-    """Height in the standard atmosphere, metres.
-
-    Differences of it are differences of height but for the weather: at a temperature of 20 K off
-    the standard they are 7 % off.
-
-    Args:
-        pressure_pa: Static pressure, pascal, above zero.
-    """
-    return float(SCALE_M * (1.0 - (pressure_pa / SEA_LEVEL_PA) ** EXPONENT))
-
 
 HORIZONS_S = (1.0, 2.0, 5.0, 10.0, 20.0, 60.0)
 RATE_HORIZONS = 4

@@ -8,7 +8,7 @@ from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from hijack_detect.detectors.barometer_check import pressure_height
+from hijack_detect.estimation.barometer import pressure_height
 from hijack_detect.estimation.ekf import GRAVITY
 from hijack_detect.estimation.imu_health import ImuHealth
 from hijack_detect.parameters import Parameters, param

@@ -38,7 +38,7 @@ class Part:
         figures: Values of a detector's verdict, its `score` or its `threshold` that its node
             publishes as Float64 beside the margin, and their units.
         weight: What the fusion makes of a detector; None for other parts.
-        face: Class of its node, as `module:class`, made from the row and a `Wiring`.
+        face: Class of its node, as `module:class`, made from the row and a rate, see `PartNode`.
         paper: What policy `paper` sets differently from the defaults.
     """
 
@@ -238,6 +238,11 @@ WEIGHTS: Mapping[str, Weight] = {
 DETECTORS = tuple(WEIGHTS)
 PUBLISHED = tuple(name for name, weight in WEIGHTS.items() if weight.published)
 """The detectors of Feng 2018, which policy `paper` asks."""
+
+
+def row_of(node: str) -> Part:
+    """The row of a node of the registry."""
+    return next(part for part in PARTS if part.node == node)
 
 
 def own_part(kind: type[Any]) -> Part:

@@ -11,15 +11,31 @@ further node, monitor, has the parameter publish_rate and receives the messages 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from rclpy.executors import Executor
 from rclpy.node import Node
 
 from hijack_detect.monitor.parts import PARTS, load
-from hijack_detect.nodes.composition import Composition
-from hijack_detect.nodes.composition_parameters import CompositionParameters
+from hijack_detect.nodes.engine import Engine
 from hijack_detect.nodes.parameters import declare, naming
 from hijack_detect.nodes.running import run_composed
+from hijack_detect.parameters import Parameters, param
+
+
+@dataclass(frozen=True)
+class CompositionParameters(Parameters):
+    """What composed nodes publish beside hijack_alert."""
+
+    publish_rate: float = param(
+        50.0,
+        "Intermediate topics (imu/data, verdicts, figures, hijack_confidence) are published at "
+        "most so often, by stamp, and at every change of state; 0 publishes every output.",
+        source="chosen: what a plot shows; each output of the IMU's rate costs a message",
+        unit="Hz",
+        low=0.0,
+        high=10_000.0,
+    )
 
 
 def make(executor: Executor) -> Sequence[Node]:
@@ -31,9 +47,8 @@ def make(executor: Executor) -> Sequence[Node]:
     monitor = Node("monitor", automatically_declare_parameters_from_overrides=True)
     with naming("monitor"):
         parameters = declare(monitor, CompositionParameters, read_only=True)
-    composition = Composition(executor, parameters.publish_rate or None)
-    nodes = [load(part.face)(part, composition) for part in PARTS]
-    composition.connect(monitor)
+    nodes = [load(part.face)(part, parameters.publish_rate or None) for part in PARTS]
+    Engine(nodes).connect(executor, monitor)
     return nodes
 
 

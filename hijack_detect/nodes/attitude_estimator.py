@@ -13,26 +13,26 @@ from std_msgs.msg import Float64
 
 from hijack_detect.estimation.attitude_parameters import AttitudeParameters
 from hijack_detect.estimation.rotation import heading
-from hijack_detect.monitor.parts import Part
+from hijack_detect.monitor.parts import Part, row_of
+from hijack_detect.nodes.engine import run_part
 from hijack_detect.nodes.messages import imu_message
 from hijack_detect.nodes.outlet import Outlet
-from hijack_detect.nodes.stage_node import StageNode, row_of, run_part
-from hijack_detect.nodes.wiring import Wiring, inputs_of
+from hijack_detect.nodes.part_node import PartNode
 from hijack_detect.streams.samples import AttitudeSample
 
 
-class AttitudeEstimatorNode(StageNode[AttitudeParameters]):
+class AttitudeEstimatorNode(PartNode[AttitudeParameters]):
     """Runs `AttitudeEstimator`.
 
     Parameters are read-only: a restart in flight would blind every detector until the heading
     is found again.
     """
 
-    def __init__(self, part: Part, wiring: Wiring) -> None:
-        """Subscribe and advertise; see StageNode."""
-        super().__init__(part, inputs_of(part), wiring, output="imu/data", read_only=True)
-        self._imu = Outlet(self, Imu, "imu/data", wiring.rate_hz)
-        self._yaw = Outlet(self, Float64, "yaw", wiring.rate_hz)
+    def __init__(self, part: Part, rate_hz: float | None = None) -> None:
+        """Advertise; see PartNode."""
+        super().__init__(part, rate_hz, read_only=True)
+        self._imu = Outlet(self, Imu, "imu/data", rate_hz)
+        self._yaw = Outlet(self, Float64, "yaw", rate_hz)
 
     def publish_output(self, output: AttitudeSample) -> None:
         """Publish imu/data and yaw."""

@@ -16,7 +16,6 @@ from hijack_detect.estimation.lag_ekf import LATE, LATE_FIGURES, late_words
 from hijack_detect.monitor.parts import Part
 from hijack_detect.nodes.detector_node import DetectorNode, run_detector
 from hijack_detect.nodes.receiver_report import ReceiverReport, Subject
-from hijack_detect.nodes.wiring import Wiring
 
 LATENCY = Subject(
     "latency of the GPS",
@@ -32,9 +31,9 @@ LATENCY = Subject(
 class CoastDetectorNode(DetectorNode):
     """Runs `CoastDetector`."""
 
-    def __init__(self, part: Part, wiring: Wiring) -> None:
-        """Subscribe and advertise; see StageNode."""
-        super().__init__(part, wiring)
+    def __init__(self, part: Part, rate_hz: float | None = None) -> None:
+        """Advertise; see PartNode."""
+        super().__init__(part, rate_hz)
         self._latency = ReceiverReport(self.diagnostics, self.log, LATENCY)
 
     def publish_output(self, output: Verdict) -> None:

@@ -15,54 +15,33 @@ from std_msgs.msg import Bool, Float64
 
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.monitor.graph import input_names
-from hijack_detect.monitor.parts import Part, own_part
+from hijack_detect.monitor.parts import Part, own_part, row_of
+from hijack_detect.nodes.engine import run_part
+from hijack_detect.nodes.inputs import IMU_TOPIC, INPUTS, verdict_topic
 from hijack_detect.nodes.messages import verdict_message
 from hijack_detect.nodes.outlet import Outlet
-from hijack_detect.nodes.stage_node import StageNode, row_of, run_part
-from hijack_detect.nodes.wiring import IMU_TOPIC, INPUTS, SATELLITES, Wiring, inputs_of
+from hijack_detect.nodes.part_node import PartNode
 from hijack_detect.parameters import Parameters
 from hijack_detect.streams.receiver_clock import REFERENCE, STAMPED
-from hijack_detect.streams.satellites import SatelliteStamps
 
 MARGIN = "margin"
 """The figure that every detector has: score over threshold, so that all fit on one plot."""
 
 
-class DetectorNode(StageNode[Parameters]):
-    """Publishes each verdict: NAME/verdict, NAME/hijacked, and Float64 for margin and figures.
+class DetectorNode(PartNode[Parameters]):
+    """Publishes each verdict: NAME/verdict, NAME/hijacked, and Float64 for margin and figures."""
 
-    A number of satellites has no header. It gets the stamp of its fix by the order of publication,
-    for which the executor must hand out the source times of messages: SingleThreadedExecutor does.
-    """
-
-    def __init__(self, part: Part, wiring: Wiring) -> None:
-        """Subscribe and advertise.
-
-        Args:
-            part: Row of the detector.
-            wiring: See StageNode.
-
-        Raises:
-            ValueError: It has an input that there is not.
-        """
-        name, verdict = part.name, f"{part.name}/verdict"
-        inputs = inputs_of(part)
-        self.NEEDS_SOURCE_TIMES = SATELLITES in inputs
-        self._stamps = SatelliteStamps()
-        super().__init__(part, inputs, wiring, output=verdict)
-        self._verdict = Outlet(self, DiagnosticArray, verdict, wiring.rate_hz)
-        self._hijacked = Outlet(self, Bool, f"{name}/hijacked", wiring.rate_hz)
+    def __init__(self, part: Part, rate_hz: float | None = None) -> None:
+        """Advertise; see PartNode."""
+        super().__init__(part, rate_hz)
+        name = part.name
+        self._verdict = Outlet(self, DiagnosticArray, verdict_topic(name), rate_hz)
+        self._hijacked = Outlet(self, Bool, f"{name}/hijacked", rate_hz)
         self._figures = {
-            figure: Outlet(self, Float64, f"{name}/{figure}", wiring.rate_hz)
+            figure: Outlet(self, Float64, f"{name}/{figure}", rate_hz)
             for figure in (MARGIN, *part.figures)
         }
         self._state: State | None = None
-
-    def samples(self, name: str, converted: Any, published_ns: int) -> list[tuple[str, Any]]:
-        """See StageNode; a number of satellites follows once the fix after it is there."""
-        if not self.NEEDS_SOURCE_TIMES:
-            return [(name, converted)]
-        return self._stamps.samples(name, published_ns, converted)
 
     def publish_output(self, output: Verdict) -> None:
         """Publish a verdict; a figure that is not defined is NaN, a gap in every plot."""

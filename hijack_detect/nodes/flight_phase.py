@@ -13,24 +13,25 @@ from __future__ import annotations
 from diagnostic_msgs.msg import DiagnosticArray
 
 from hijack_detect.estimation.flight_phase import FlightPhaseParameters
-from hijack_detect.monitor.parts import Part
+from hijack_detect.monitor.parts import Part, row_of
+from hijack_detect.nodes.engine import run_part
+from hijack_detect.nodes.inputs import PHASE_TOPIC
 from hijack_detect.nodes.messages import phase_message
 from hijack_detect.nodes.outlet import Outlet
-from hijack_detect.nodes.stage_node import StageNode, row_of, run_part
-from hijack_detect.nodes.wiring import PHASE_TOPIC, Wiring, inputs_of
+from hijack_detect.nodes.part_node import PartNode
 from hijack_detect.streams.samples import NANOSECONDS, PhaseSample
 
 PHASE_SUBJECT = "phase of the flight"
 """What the diagnostics are about."""
 
 
-class FlightPhaseNode(StageNode[FlightPhaseParameters]):
+class FlightPhaseNode(PartNode[FlightPhaseParameters]):
     """Runs `FlightPhaseEstimator`."""
 
-    def __init__(self, part: Part, wiring: Wiring) -> None:
-        """Subscribe and advertise; see StageNode."""
-        super().__init__(part, inputs_of(part), wiring, output=PHASE_TOPIC)
-        self._phase = Outlet(self, DiagnosticArray, PHASE_TOPIC, wiring.rate_hz)
+    def __init__(self, part: Part, rate_hz: float | None = None) -> None:
+        """Advertise; see PartNode."""
+        super().__init__(part, rate_hz)
+        self._phase = Outlet(self, DiagnosticArray, PHASE_TOPIC, rate_hz)
         self._last: tuple[object, str] | None = None
         self._diagnosed_s = 0
 

@@ -25,15 +25,15 @@ from hijack_detect.contract import REPEAT_S
 from hijack_detect.detectors.fusion import SILENT_S, Fusion, FusionResult
 from hijack_detect.detectors.fusion_decisions import FusionParameters
 from hijack_detect.detectors.verdict import State
-from hijack_detect.monitor.parts import Part, weights
-from hijack_detect.monitor.verdict_messages import verdict_from
+from hijack_detect.monitor.parts import Part, row_of, weights
 from hijack_detect.nodes.diagnostics import PublisherWatch
+from hijack_detect.nodes.engine import run_part
+from hijack_detect.nodes.inputs import Input, verdict_input, verdict_topic
 from hijack_detect.nodes.messages import fusion_message
 from hijack_detect.nodes.outlet import Outlet
-from hijack_detect.nodes.qos import ALERT, INTERNAL
-from hijack_detect.nodes.stage_node import StageNode, row_of, run_part
+from hijack_detect.nodes.part_node import PartNode
+from hijack_detect.nodes.qos import ALERT
 from hijack_detect.nodes.state_file import Survivor
-from hijack_detect.nodes.wiring import Input, Wiring
 from hijack_detect.streams.samples import NANOSECONDS
 
 ALERT_TOPIC = "hijack_alert"
@@ -43,18 +43,18 @@ WATCH_S = 0.25
 """Whether the detectors have fallen silent is looked at this often."""
 
 
-class FusionNode(StageNode[FusionParameters]):
+class FusionNode(PartNode[FusionParameters]):
     """Runs `Fusion`. Parameters are read-only: a change would lose a latched alert."""
 
-    def __init__(self, part: Part, wiring: Wiring) -> None:
-        """Subscribe and advertise; see StageNode."""
-        super().__init__(part, _inputs, wiring, read_only=True)
+    def __init__(self, part: Part, rate_hz: float | None = None) -> None:
+        """Advertise; see PartNode."""
+        super().__init__(part, rate_hz, inputs=_inputs, read_only=True)
         self._detectors = weights(self.parameters)
         self._alert = self.create_publisher(Bool, ALERT_TOPIC, ALERT)
-        watched = (ALERT_TOPIC, *map(_topic, self._detectors))
+        watched = (ALERT_TOPIC, *map(verdict_topic, self._detectors))
         self._watch = PublisherWatch(self, self.diagnostics, watched)
-        self._confidence = Outlet(self, Float64, "hijack_confidence", wiring.rate_hz)
-        self._verdict = Outlet(self, DiagnosticArray, "fusion/verdict", wiring.rate_hz)
+        self._confidence = Outlet(self, Float64, "hijack_confidence", rate_hz)
+        self._verdict = Outlet(self, DiagnosticArray, "fusion/verdict", rate_hz)
         self.create_service(Trigger, "~/reset", self._reset)
         self._result: FusionResult | None = None
         self._heard_s = time.monotonic()
@@ -166,7 +166,7 @@ class FusionNode(StageNode[FusionParameters]):
             self._cannot_keep = why
 
     def ended(self) -> None:
-        """See StageNode."""
+        """See PartNode."""
         self._survivor.forget()
 
     def _reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
@@ -197,15 +197,8 @@ class FusionNode(StageNode[FusionParameters]):
             self.diagnostics.publish(ALERT_SUBJECT, fusion_message(self._result).status[0])
 
 
-def _topic(detector: str) -> str:
-    return f"{detector}/verdict"
-
-
 def _inputs(parameters: FusionParameters) -> Mapping[str, Input]:
-    return {
-        name: Input(_topic(name), DiagnosticArray, INTERNAL, verdict_from)
-        for name in weights(parameters)
-    }
+    return {name: verdict_input(name) for name in weights(parameters)}
 
 
 def _said(result: FusionResult) -> tuple[Any, ...]:

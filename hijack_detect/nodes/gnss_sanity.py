@@ -22,7 +22,6 @@ from hijack_detect.monitor.parts import Part
 from hijack_detect.nodes.detector_node import DetectorNode, run_detector
 from hijack_detect.nodes.diagnostics import PublisherWatch
 from hijack_detect.nodes.receiver_report import ReceiverReport, Subject
-from hijack_detect.nodes.wiring import Wiring
 
 FIX = "gps/fix"
 RECEIVER = Subject(
@@ -53,9 +52,9 @@ GROWTH = Subject(
 class GnssSanityNode(DetectorNode):
     """Runs `GnssSanityDetector`."""
 
-    def __init__(self, part: Part, wiring: Wiring) -> None:
-        """Subscribe and advertise; see StageNode."""
-        super().__init__(part, wiring)
+    def __init__(self, part: Part, rate_hz: float | None = None) -> None:
+        """Advertise; see PartNode."""
+        super().__init__(part, rate_hz)
         self._watch = PublisherWatch(self, self.diagnostics, (FIX,))
         self._reports = [
             ReceiverReport(self.diagnostics, self.log, subject)

@@ -13,22 +13,22 @@ from geometry_msgs.msg import QuaternionStamped
 from std_msgs.msg import Float64
 
 from hijack_detect.estimation.course import CourseParameters, gps_angle
-from hijack_detect.monitor.parts import Part
+from hijack_detect.monitor.parts import Part, row_of
+from hijack_detect.nodes.engine import run_part
 from hijack_detect.nodes.messages import course_message
 from hijack_detect.nodes.outlet import Outlet
-from hijack_detect.nodes.stage_node import StageNode, row_of, run_part
-from hijack_detect.nodes.wiring import Wiring, inputs_of
+from hijack_detect.nodes.part_node import PartNode
 from hijack_detect.streams.samples import CourseSample
 
 
-class GpsAngleNode(StageNode[CourseParameters]):
+class GpsAngleNode(PartNode[CourseParameters]):
     """Runs `CourseEstimator`."""
 
-    def __init__(self, part: Part, wiring: Wiring) -> None:
-        """Subscribe and advertise; see StageNode."""
-        super().__init__(part, inputs_of(part), wiring, output="gps/course")
-        self._course = Outlet(self, QuaternionStamped, "gps/course", wiring.rate_hz)
-        self._angle = Outlet(self, Float64, "gps_angle", wiring.rate_hz)
+    def __init__(self, part: Part, rate_hz: float | None = None) -> None:
+        """Advertise; see PartNode."""
+        super().__init__(part, rate_hz)
+        self._course = Outlet(self, QuaternionStamped, "gps/course", rate_hz)
+        self._angle = Outlet(self, Float64, "gps_angle", rate_hz)
         self._held: float | None = None
 
     def publish_output(self, output: CourseSample) -> None:

@@ -19,16 +19,15 @@ from hijack_detect.detectors.verdict import Verdict
 from hijack_detect.monitor.parts import Part
 from hijack_detect.nodes.detector_node import DetectorNode, run_detector
 from hijack_detect.nodes.outlet import Outlet
-from hijack_detect.nodes.wiring import Wiring
 
 
 class KldDetectorNode(DetectorNode):
     """Runs `KldDetector`."""
 
-    def __init__(self, part: Part, wiring: Wiring) -> None:
-        """Subscribe and advertise; see StageNode."""
-        super().__init__(part, wiring)
-        self._code = Outlet(self, UInt8, "kld/code", wiring.rate_hz)
+    def __init__(self, part: Part, rate_hz: float | None = None) -> None:
+        """Advertise; see PartNode."""
+        super().__init__(part, rate_hz)
+        self._code = Outlet(self, UInt8, "kld/code", rate_hz)
         self._said: int | None = None
         self.create_service(Trigger, "~/reset", self._reset)
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hijack_detect.detectors.barometer_check import pressure_height
+from hijack_detect.estimation.barometer import pressure_height
 
 
 @pytest.mark.parametrize(

@@ -27,7 +27,7 @@ BROKEN = """
 import rclpy
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
-from hijack_detect.nodes.composition import Composition
+from hijack_detect.nodes.engine import Engine
 from hijack_detect.nodes.running import run_composed
 
 def fail():
@@ -36,7 +36,7 @@ def fail():
 def make(executor):
     timed = Node("timed")
     timed.create_timer(0.05, fail)
-    Composition(executor, None).connect(timed)
+    Engine([]).connect(executor, timed)
     return [Node("other")]
 
 run_composed(make, "")
