@@ -28,9 +28,8 @@ from hijack_detect.bags.reader import BagReader
 from hijack_detect.bags.samples import Rejected, read_samples
 from hijack_detect.detectors.correlation import CorrelationDetector, CorrelationParameters
 from hijack_detect.detectors.date import DateDetector, DateParameters
-from hijack_detect.monitor.graph import Monitor
+from hijack_detect.monitor.graph import Component, Monitor
 from hijack_detect.monitor.policies import policy_parameters
-from hijack_detect.monitor.stage import Component
 from hijack_detect.streams.samples import NANOSECONDS
 
 SECONDS, IMU_HZ, GPS_HZ = 150.0, 250, 10

@@ -24,7 +24,7 @@ from hijack_detect.bags.samples import Rejected, read_samples
 from hijack_detect.estimation.attitude import AttitudeEstimator
 from hijack_detect.estimation.attitude_parameters import AttitudeParameters
 from hijack_detect.estimation.rotation import Array, roll_pitch_yaw
-from hijack_detect.monitor.stage import Stage
+from hijack_detect.monitor.graph import Stage
 from hijack_detect.streams.samples import NANOSECONDS
 
 REFERENCES = ("/truth/attitude", "/autopilot/attitude")

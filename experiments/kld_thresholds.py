@@ -25,8 +25,8 @@ from hijack_detect.detectors.kld import KldDetector
 from hijack_detect.detectors.kld_values import NAMES, KldParameters
 from hijack_detect.evaluation.trials.cases import flight_samples
 from hijack_detect.evaluation.trials.corpus import bag_paths
+from hijack_detect.monitor.graph import Stage
 from hijack_detect.monitor.policies import policy_parameters
-from hijack_detect.monitor.stage import Stage
 from hijack_detect.simulation.flight import generate_flight
 from hijack_detect.simulation.plan import FlightPlan
 from hijack_detect.streams.samples import Sample

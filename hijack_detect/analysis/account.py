@@ -22,8 +22,8 @@ from hijack_detect.detectors.gnss_sanity import CLOCK_RATE, GnssSanityDetector
 from hijack_detect.detectors.verdict import JUDGED, RAISED, Verdict
 from hijack_detect.estimation.lag_ekf import LATE_FIGURES, late_words
 from hijack_detect.estimation.receiver_health import POOR_FIGURES, SATELLITES, poor_words
+from hijack_detect.monitor.graph import Stage
 from hijack_detect.monitor.parts import weights
-from hijack_detect.monitor.stage import Stage
 from hijack_detect.streams.merge import SILENCE_S
 from hijack_detect.streams.samples import (
     NANOSECONDS,

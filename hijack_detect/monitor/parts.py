@@ -143,7 +143,7 @@ PARTS = (
         asks="Kullback-Leibler statistics of the GPS (Basan 2022)",
         figures={"divergence": "of the parameter that decides, nats"},
         weight=Weight(LikelihoodRatio(6.64, 0.47, -0.1, 5.04), shares="height", keeps_alarm=True),
-        face="hijack_detect.nodes.kld_detector:KldDetectorNode",
+        face="hijack_detect.nodes.detector_node:KldDetectorNode",
         paper={
             "mode": "faithful",
             "quorum": 2,
@@ -171,7 +171,7 @@ PARTS = (
         weight=Weight(
             LikelihoodRatio(8.66, 0.54, -0.1, 5.29), shares="velocity", sees_carry_off=True
         ),
-        face="hijack_detect.nodes.coast_detector:CoastDetectorNode",
+        face="hijack_detect.nodes.detector_node:CoastDetectorNode",
     ),
     Part(
         "gnss",
@@ -185,7 +185,7 @@ PARTS = (
             "velocity_mismatch_limit": "part of the full limits in force",
         },
         weight=Weight(LikelihoodRatio(11.17, 0.6, -0.1, 5.65)),
-        face="hijack_detect.nodes.gnss_sanity:GnssSanityNode",
+        face="hijack_detect.nodes.detector_node:GnssSanityNode",
     ),
     Part(
         "altitude",

@@ -16,8 +16,7 @@ from hijack_detect.estimation.rotation import heading
 from hijack_detect.monitor.parts import Part, row_of
 from hijack_detect.nodes.engine import run_part
 from hijack_detect.nodes.messages import imu_message
-from hijack_detect.nodes.outlet import Outlet
-from hijack_detect.nodes.part_node import PartNode
+from hijack_detect.nodes.part_node import Outlet, PartNode
 from hijack_detect.streams.samples import AttitudeSample
 
 

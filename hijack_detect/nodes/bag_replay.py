@@ -28,6 +28,8 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn
 from rosgraph_msgs.msg import Clock as ClockMessage
 from std_msgs.msg import Bool, Float64
 from std_srvs.srv import Trigger
@@ -35,12 +37,41 @@ from std_srvs.srv import Trigger
 from hijack_detect.nodes.diagnostics import Diagnostics
 from hijack_detect.nodes.messages import message_class, time_message
 from hijack_detect.nodes.parameters import current, declare, own_changes
-from hijack_detect.nodes.progress import ProgressBar
 from hijack_detect.nodes.qos import STATE
 from hijack_detect.nodes.running import EXIT_BAD_INPUT, run
 from hijack_detect.parameters import ParameterError
 from hijack_detect.replay.playback import TRUTH_TOPIC, Outgoing, Playback, ReplayParameters
 from hijack_detect.replay.player import Player, State, Tick
+
+
+class ProgressBar:
+    """Draws on stderr; does nothing if that is no terminal."""
+
+    def __init__(self, total: float, unit: str, *, wanted: bool = True) -> None:
+        """Start a bar that is full at `total`."""
+        self._bar: Progress | None = None
+        if wanted and sys.stderr.isatty():
+            self._bar = Progress(
+                BarColumn(),
+                TextColumn(f"{{task.completed:.1f}} of {{task.total:.1f}} {unit}"),
+                TextColumn("{task.description}"),
+                console=Console(stderr=True),
+                auto_refresh=False,
+            )
+            self._task = self._bar.add_task("", total=total)
+            self._bar.start()
+
+    def show(self, done: float, text: str) -> None:
+        """Draw it."""
+        if self._bar is not None:
+            self._bar.update(self._task, completed=done, description=text)
+            self._bar.refresh()
+
+    def stop(self) -> None:
+        """Leave the terminal as it was."""
+        if self._bar is not None:
+            self._bar.stop()
+
 
 LOSSLESS = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)
 """Publishing waits for slow reliable subscribers instead of overwriting what they did not get."""

@@ -22,8 +22,7 @@ from sensor_msgs.msg import Imu
 
 from hijack_detect.monitor.graph import Monitor, MonitorParameters, input_names
 from hijack_detect.monitor.parts import Part, load
-from hijack_detect.nodes.inputs import IMU_TOPIC, Input
-from hijack_detect.nodes.part_node import PartNode
+from hijack_detect.nodes.part_node import IMU_TOPIC, Input, PartNode
 from hijack_detect.nodes.qos import OVERRIDES, SENSOR
 from hijack_detect.nodes.running import SPIN_S, run
 from hijack_detect.streams.absence import Absence

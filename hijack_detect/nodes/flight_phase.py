@@ -15,10 +15,8 @@ from diagnostic_msgs.msg import DiagnosticArray
 from hijack_detect.estimation.flight_phase import FlightPhaseParameters
 from hijack_detect.monitor.parts import Part, row_of
 from hijack_detect.nodes.engine import run_part
-from hijack_detect.nodes.inputs import PHASE_TOPIC
 from hijack_detect.nodes.messages import phase_message
-from hijack_detect.nodes.outlet import Outlet
-from hijack_detect.nodes.part_node import PartNode
+from hijack_detect.nodes.part_node import PHASE_TOPIC, Outlet, PartNode
 from hijack_detect.streams.samples import NANOSECONDS, PhaseSample
 
 PHASE_SUBJECT = "phase of the flight"

@@ -28,10 +28,8 @@ from hijack_detect.detectors.verdict import State
 from hijack_detect.monitor.parts import Part, row_of, weights
 from hijack_detect.nodes.diagnostics import PublisherWatch
 from hijack_detect.nodes.engine import run_part
-from hijack_detect.nodes.inputs import Input, verdict_input, verdict_topic
 from hijack_detect.nodes.messages import fusion_message
-from hijack_detect.nodes.outlet import Outlet
-from hijack_detect.nodes.part_node import PartNode
+from hijack_detect.nodes.part_node import Input, Outlet, PartNode, verdict_input, verdict_topic
 from hijack_detect.nodes.qos import ALERT
 from hijack_detect.nodes.state_file import Survivor
 from hijack_detect.streams.samples import NANOSECONDS

@@ -8,7 +8,7 @@ import pymap3d
 
 from hijack_detect.detectors.gnss_sanity import GnssSanityDetector, GnssSanityParameters
 from hijack_detect.detectors.verdict import Verdict
-from hijack_detect.monitor.stage import Stage
+from hijack_detect.monitor.graph import Stage
 from hijack_detect.streams.samples import FixSample, Vector3, VelocitySample
 
 SECOND = 10**9

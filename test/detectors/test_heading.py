@@ -17,7 +17,7 @@ from hijack_detect.detectors.heading import HeadingDetector, HeadingParameters
 from hijack_detect.detectors.heading_evidence import HeadingHistory, Headings, common
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.estimation.compass import earth_field
-from hijack_detect.monitor.stage import Stage
+from hijack_detect.monitor.graph import Stage
 from hijack_detect.streams.samples import (
     AttitudeSample,
     FixSample,

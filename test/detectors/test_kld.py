@@ -19,8 +19,8 @@ from scipy.stats import poisson
 from hijack_detect.detectors.kld import CODES, DistributionSeries, KldDetector, RowSeries
 from hijack_detect.detectors.kld_values import NAMES, Changes, KldParameters, Table2Values
 from hijack_detect.detectors.verdict import State, Verdict
+from hijack_detect.monitor.graph import Stage
 from hijack_detect.monitor.policies import policy_parameters
-from hijack_detect.monitor.stage import Stage
 from hijack_detect.streams.samples import FixSample, GpsSample, SatelliteSample, VelocitySample
 
 SECOND = 10**9

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hijack_detect.estimation.flight_phase import FlightPhaseEstimator, FlightPhaseParameters
-from hijack_detect.monitor.stage import Stage
+from hijack_detect.monitor.graph import Stage
 from hijack_detect.simulation.flight import Flight
 from hijack_detect.streams.samples import (
     NANOSECONDS,

@@ -27,9 +27,9 @@ from hijack_detect.cli.main import main
 from hijack_detect.cli.parameter_files import load_parameters, parameter_file
 from hijack_detect.detectors.likelihood import UNCALIBRATED, LikelihoodRatio, Weight
 from hijack_detect.detectors.verdict import State, Verdict
+from hijack_detect.monitor.graph import Stage
 from hijack_detect.monitor.parts import own_part
 from hijack_detect.monitor.policies import from_nodes, policy_parameters
-from hijack_detect.monitor.stage import Stage
 from hijack_detect.nodes.qos import STATE
 from hijack_detect.streams.samples import FixSample, ImuSample
 

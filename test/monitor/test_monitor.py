@@ -10,8 +10,7 @@ from typing import Any
 import pytest
 
 from hijack_detect.detectors.verdict import State
-from hijack_detect.monitor.graph import Monitor, MonitorParameters
-from hijack_detect.monitor.stage import Stage
+from hijack_detect.monitor.graph import Monitor, MonitorParameters, Stage
 from hijack_detect.simulation.flight import Flight
 from hijack_detect.streams.samples import FixSample, Sample, VelocitySample
 

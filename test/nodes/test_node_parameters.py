@@ -20,7 +20,7 @@ from ros import ROOT, Graph, RosProcess
 
 from hijack_detect.monitor.parts import PARTS
 from hijack_detect.nodes import COMPOSED, NODES
-from hijack_detect.nodes.inputs import inputs_of
+from hijack_detect.nodes.part_node import inputs_of
 from hijack_detect.nodes.running import EXIT_BAD_INPUT
 from hijack_detect.parameters import Parameters
 

@@ -9,10 +9,15 @@ from live import SECOND, values_of
 from ros import Graph
 
 from hijack_detect.detectors.verdict import State, Verdict
-from hijack_detect.nodes.coast_detector import LATENCY
+from hijack_detect.nodes.detector_node import (
+    CLOCK,
+    GROWTH,
+    LATENCY,
+    RECEIVER,
+    ReceiverReport,
+    Subject,
+)
 from hijack_detect.nodes.diagnostics import Diagnostics
-from hijack_detect.nodes.gnss_sanity import CLOCK, GROWTH, RECEIVER
-from hijack_detect.nodes.receiver_report import ReceiverReport, Subject
 
 
 @pytest.mark.parametrize(
