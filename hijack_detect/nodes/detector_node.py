@@ -27,9 +27,9 @@ from hijack_detect.estimation.receiver_health import POOR, POOR_FIGURES, poor_wo
 from hijack_detect.monitor.graph import input_names
 from hijack_detect.monitor.parts import Part, load, own_part, row_of
 from hijack_detect.nodes.diagnostics import Diagnostics, PublisherWatch
-from hijack_detect.nodes.engine import run_part
+from hijack_detect.nodes.engine import IMU_TOPIC, INPUTS, run_part, verdict_topic
 from hijack_detect.nodes.messages import verdict_message
-from hijack_detect.nodes.part_node import IMU_TOPIC, INPUTS, Outlet, PartNode, verdict_topic
+from hijack_detect.nodes.part_node import Outlet, PartNode
 from hijack_detect.parameters import Parameters
 from hijack_detect.streams.receiver_clock import REFERENCE, STAMPED
 from hijack_detect.streams.samples import NANOSECONDS

@@ -9,27 +9,116 @@ import sys
 import threading
 import traceback
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import QuaternionStamped, TwistStamped
 from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
+from rclpy.qos import QoSProfile
 from rclpy.serialization import deserialize_message
 from rclpy.utilities import ok
-from sensor_msgs.msg import Imu
+from sensor_msgs.msg import FluidPressure, Imu, MagneticField, NavSatFix
+from std_msgs.msg import UInt32
 
 from hijack_detect.monitor.graph import Monitor, MonitorParameters, input_names
 from hijack_detect.monitor.parts import Part, load
-from hijack_detect.nodes.part_node import IMU_TOPIC, Input, PartNode
-from hijack_detect.nodes.qos import OVERRIDES, SENSOR
+from hijack_detect.monitor.verdict_messages import verdict_from
+from hijack_detect.nodes.part_node import PartNode
+from hijack_detect.nodes.qos import INTERNAL, OVERRIDES, SENSOR
 from hijack_detect.nodes.running import SPIN_S, run
 from hijack_detect.streams.absence import Absence
-from hijack_detect.streams.cdr import stamp_from_bytes
-from hijack_detect.streams.messages import header_stamp_ns
+from hijack_detect.streams.cdr import FROM_BYTES, stamp_from_bytes
+from hijack_detect.streams.messages import (
+    CONVERTERS,
+    BadMessage,
+    header_stamp_ns,
+    satellite_count,
+)
 from hijack_detect.streams.receiver_clock import REFERENCE, STAMPED
 from hijack_detect.streams.satellites import SATELLITES, SatelliteStamps
+
+IMU_TOPIC = "imu/data_raw"
+"""Its stamps tell the time, see `ReceiverClock`."""
+PHASE_TOPIC = "flight_phase"
+
+
+@dataclass(frozen=True)
+class Input:
+    """A subscription that brings one input of a part.
+
+    With `from_bytes`, which may give None, messages come as bytes and are made only if need be.
+    """
+
+    topic: str
+    message_type: type
+    qos: QoSProfile
+    convert: Callable[[Any], Any]
+    from_bytes: Callable[[bytes], Any] | None = None
+
+    def sample(self, received: Any) -> Any:
+        """Convert a message or its bytes. Raises BadMessage."""
+        found = None if self.from_bytes is None else self.from_bytes(received)
+        return self.convert(self.message(received)) if found is None else found
+
+    def message(self, received: Any) -> Any:
+        """The message, made from its bytes if it came as those."""
+        return deserialize_message(received, self.message_type) if self.from_bytes else received
+
+    def subscribe(self, node: Node, callback: Callable[..., None]) -> None:
+        """Subscribe as a node, whose parameters `qos_overrides` can change the QoS."""
+        node.create_subscription(
+            self.message_type,
+            self.topic,
+            callback,
+            self.qos,
+            raw=self.from_bytes is not None,
+            qos_overriding_options=OVERRIDES,
+        )
+
+
+def _input(name: str, topic: str, message_type: type, qos: QoSProfile) -> Input:
+    """An input converted by the converter of its name."""
+    return Input(topic, message_type, qos, CONVERTERS[name], FROM_BYTES.get(name))
+
+
+INPUTS: Mapping[str, Input] = {
+    "imu": _input("imu", IMU_TOPIC, Imu, SENSOR),
+    "fix": _input("fix", "gps/fix", NavSatFix, SENSOR),
+    "velocity": _input("velocity", "gps/vel", TwistStamped, SENSOR),
+    SATELLITES: Input("gps/satellites", UInt32, SENSOR, satellite_count),
+    "mag": _input("mag", "mag", MagneticField, SENSOR),
+    "pressure": _input("pressure", "pressure", FluidPressure, SENSOR),
+    "phase": _input("phase", PHASE_TOPIC, DiagnosticArray, INTERNAL),
+    "attitude": _input("attitude", "imu/data", Imu, INTERNAL),
+    "course": _input("course", "gps/course", QuaternionStamped, INTERNAL),
+}
+"""By name: sensors, and what the estimators publish. A detector's name is its verdicts."""
+
+
+def input_of(part: Part, name: str) -> Input:
+    """An input of a part: a sensor or an estimator, or for the fusion the verdicts of a detector.
+
+    Raises:
+        ValueError: There is no such input.
+    """
+    if name in INPUTS:
+        return INPUTS[name]
+    if part.weight is not None:
+        raise ValueError(
+            f"{part.name}: there is no input '{name}' (there are: {', '.join(INPUTS)})"
+        )
+    return Input(verdict_topic(name), DiagnosticArray, INTERNAL, verdict_from)
+
+
+def verdict_topic(detector: str) -> str:
+    """Topic of the verdicts of a detector."""
+    return f"{detector}/verdict"
+
 
 TIMED = (*STAMPED, SATELLITES)
 """Inputs of which the time of publication is asked for, where a part counts satellites."""
@@ -55,7 +144,7 @@ class Engine:
         self._nodes = {node.part.name: node for node in nodes}
         self._readers: dict[str, list[PartNode[Any]]] = defaultdict(list)
         for node in nodes:
-            for name in node.inputs:
+            for name in node.stage.component.inputs:
                 self._readers[name].append(node)
         parameters = MonitorParameters(
             {node.part.name: node.parameters for node in nodes}, tuple(node.part for node in nodes)
@@ -73,8 +162,8 @@ class Engine:
         for name, readers in self._readers.items():
             if name in self._nodes:
                 continue
-            found[name] = readers[0].inputs[name]
-            topics = {one.resolve_topic_name(one.inputs[name].topic): one for one in readers}
+            found[name] = given = input_of(readers[0].part, name)
+            topics = {one.resolve_topic_name(given.topic): one for one in readers}
             if len(topics) > 1:
                 both = " and ".join(f"{topic} ({one.get_name()})" for topic, one in topics.items())
                 raise ValueError(
@@ -129,15 +218,15 @@ class Engine:
             published_ns: Source time of the message, where one is needed.
         """
         readers = self._readers[name]
-        sample = readers[0].converted(name, received)
+        sample = self._converted(name, received)
         if sample is None:
             return
+        for reader in readers:
+            reader.note(name)
         absence = self._absence[name]
         marked = absence(sample)
         for component in absence.names:
             readers[0].lack(component)
-        for reader in readers:
-            reader.note(name)
         if marked is None:
             return
         if self._stamps is None:
@@ -145,6 +234,20 @@ class Engine:
             return
         for of, one in self._stamps.samples(name, published_ns, marked):
             self._publish(self._monitor.push(of, (one,)))
+
+    def _converted(self, name: str, received: Any) -> Any:
+        """The sample of a message; None, and a report by the first node, if it cannot be used."""
+        given = self._inputs[name]
+        try:
+            return given.sample(received)
+        except BadMessage as error:
+            why = str(error)
+        except Exception as error:  # rclpy raises whatever the bytes lead it to
+            why = f"internal error: {error!r}"
+        first = self._readers[name][0]
+        first.received[name] += 1
+        first.reject(name, lambda: f"message{_stamped(given, received)}", why, given.topic)
+        return None
 
     def _publish(self, outputs: Sequence[tuple[str, Any]]) -> None:
         for part, output in outputs:
@@ -215,3 +318,12 @@ def _failing_loudly() -> Iterator[None]:
             traceback.print_exc()
             sys.stderr.flush()
             os._exit(1)
+
+
+def _stamped(given: Input, received: Any) -> str:
+    """The stamp of a message in words; empty if it has none or its bytes are no message."""
+    try:
+        stamp = given.message(received).header.stamp
+    except Exception:  # rclpy raises whatever the bytes lead it to
+        return ""
+    return f" stamped {stamp.sec}.{stamp.nanosec:09d}"

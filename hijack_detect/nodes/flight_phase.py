@@ -14,9 +14,9 @@ from diagnostic_msgs.msg import DiagnosticArray
 
 from hijack_detect.estimation.flight_phase import FlightPhaseParameters
 from hijack_detect.monitor.parts import Part, row_of
-from hijack_detect.nodes.engine import run_part
+from hijack_detect.nodes.engine import PHASE_TOPIC, run_part
 from hijack_detect.nodes.messages import phase_message
-from hijack_detect.nodes.part_node import PHASE_TOPIC, Outlet, PartNode
+from hijack_detect.nodes.part_node import Outlet, PartNode
 from hijack_detect.streams.samples import NANOSECONDS, PhaseSample
 
 PHASE_SUBJECT = "phase of the flight"

@@ -12,7 +12,6 @@ of the GPS), fusion/verdict (DiagnosticArray; STALE by the clock when nothing co
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -27,9 +26,9 @@ from hijack_detect.detectors.fusion_decisions import FusionParameters
 from hijack_detect.detectors.verdict import State
 from hijack_detect.monitor.parts import Part, row_of, weights
 from hijack_detect.nodes.diagnostics import PublisherWatch
-from hijack_detect.nodes.engine import run_part
+from hijack_detect.nodes.engine import run_part, verdict_topic
 from hijack_detect.nodes.messages import fusion_message
-from hijack_detect.nodes.part_node import Input, Outlet, PartNode, verdict_input, verdict_topic
+from hijack_detect.nodes.part_node import Outlet, PartNode
 from hijack_detect.nodes.qos import ALERT
 from hijack_detect.nodes.state_file import Survivor
 from hijack_detect.streams.samples import NANOSECONDS
@@ -46,7 +45,7 @@ class FusionNode(PartNode[FusionParameters]):
 
     def __init__(self, part: Part, rate_hz: float | None = None) -> None:
         """Advertise; see PartNode."""
-        super().__init__(part, rate_hz, inputs=_inputs, read_only=True)
+        super().__init__(part, rate_hz, read_only=True)
         self._detectors = weights(self.parameters)
         self._alert = self.create_publisher(Bool, ALERT_TOPIC, ALERT)
         watched = (ALERT_TOPIC, *map(verdict_topic, self._detectors))
@@ -193,10 +192,6 @@ class FusionNode(PartNode[FusionParameters]):
             self.diagnostics.tell(ALERT_SUBJECT, DiagnosticStatus.STALE, text, values)
         else:
             self.diagnostics.publish(ALERT_SUBJECT, fusion_message(self._result).status[0])
-
-
-def _inputs(parameters: FusionParameters) -> Mapping[str, Input]:
-    return {name: verdict_input(name) for name in weights(parameters)}
 
 
 def _said(result: FusionResult) -> tuple[Any, ...]:

@@ -5,33 +5,23 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable
 from typing import Any, Generic, TypeVar
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from geometry_msgs.msg import QuaternionStamped, TwistStamped
+from diagnostic_msgs.msg import DiagnosticStatus
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.impl.rcutils_logger import RcutilsLogger
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from rclpy.qos import QoSProfile
-from rclpy.serialization import deserialize_message
 from rclpy.utilities import ok
-from sensor_msgs.msg import FluidPressure, Imu, MagneticField, NavSatFix
-from std_msgs.msg import UInt32
 
-from hijack_detect.monitor.graph import Stage, component_of, input_names
+from hijack_detect.monitor.graph import Stage, component_of
 from hijack_detect.monitor.parts import Part
-from hijack_detect.monitor.verdict_messages import verdict_from
 from hijack_detect.nodes.diagnostics import Diagnostics
 from hijack_detect.nodes.parameters import current, declare, naming, own_changes
-from hijack_detect.nodes.qos import INTERNAL, OVERRIDES, SENSOR
+from hijack_detect.nodes.qos import INTERNAL
 from hijack_detect.parameters import ParameterError, Parameters
-from hijack_detect.streams.cdr import FROM_BYTES
-from hijack_detect.streams.messages import CONVERTERS, BadMessage, satellite_count
 from hijack_detect.streams.samples import NANOSECONDS
-from hijack_detect.streams.satellites import SATELLITES
 
 
 class Outlet:
@@ -72,88 +62,6 @@ class Outlet:
         self._publisher.publish(make())
 
 
-IMU_TOPIC = "imu/data_raw"
-"""Its stamps tell the time, see `ReceiverClock`."""
-PHASE_TOPIC = "flight_phase"
-
-
-@dataclass(frozen=True)
-class Input:
-    """A subscription that brings one input of a part.
-
-    With `from_bytes`, which may give None, messages come as bytes and are made only if need be.
-    """
-
-    topic: str
-    message_type: type
-    qos: QoSProfile
-    convert: Callable[[Any], Any]
-    from_bytes: Callable[[bytes], Any] | None = None
-
-    def sample(self, received: Any) -> Any:
-        """Convert a message or its bytes. Raises BadMessage."""
-        found = None if self.from_bytes is None else self.from_bytes(received)
-        return self.convert(self.message(received)) if found is None else found
-
-    def message(self, received: Any) -> Any:
-        """The message, made from its bytes if it came as those."""
-        return deserialize_message(received, self.message_type) if self.from_bytes else received
-
-    def subscribe(self, node: Node, callback: Callable[..., None]) -> None:
-        """Subscribe as a node, whose parameters `qos_overrides` can change the QoS."""
-        node.create_subscription(
-            self.message_type,
-            self.topic,
-            callback,
-            self.qos,
-            raw=self.from_bytes is not None,
-            qos_overriding_options=OVERRIDES,
-        )
-
-
-def _input(name: str, topic: str, message_type: type, qos: QoSProfile) -> Input:
-    """An input converted by the converter of its name."""
-    return Input(topic, message_type, qos, CONVERTERS[name], FROM_BYTES.get(name))
-
-
-INPUTS: Mapping[str, Input] = {
-    "imu": _input("imu", IMU_TOPIC, Imu, SENSOR),
-    "fix": _input("fix", "gps/fix", NavSatFix, SENSOR),
-    "velocity": _input("velocity", "gps/vel", TwistStamped, SENSOR),
-    SATELLITES: Input("gps/satellites", UInt32, SENSOR, satellite_count),
-    "mag": _input("mag", "mag", MagneticField, SENSOR),
-    "pressure": _input("pressure", "pressure", FluidPressure, SENSOR),
-    "phase": _input("phase", PHASE_TOPIC, DiagnosticArray, INTERNAL),
-    "attitude": _input("attitude", "imu/data", Imu, INTERNAL),
-    "course": _input("course", "gps/course", QuaternionStamped, INTERNAL),
-}
-"""By name: sensors, and what the estimators publish. A detector's name is its verdicts."""
-
-
-def inputs_of(part: Part) -> Mapping[str, Input]:
-    """The inputs of an estimator or detector.
-
-    Raises:
-        ValueError: It has one that there is not.
-    """
-    names = input_names(part)
-    if unknown := {*names} - {*INPUTS}:
-        raise ValueError(
-            f"{part.name}: there is no input '{min(unknown)}' (there are: {', '.join(INPUTS)})"
-        )
-    return {name: INPUTS[name] for name in names}
-
-
-def verdict_topic(detector: str) -> str:
-    """Topic of the verdicts of a detector."""
-    return f"{detector}/verdict"
-
-
-def verdict_input(detector: str) -> Input:
-    """The verdicts of a detector as an input of the fusion."""
-    return Input(verdict_topic(detector), DiagnosticArray, INTERNAL, verdict_from)
-
-
 P = TypeVar("P", bound=Parameters)
 
 LOG_EVERY_S = 10.0
@@ -174,7 +82,6 @@ class PartNode(Node, Generic[P]):
         part: Part,
         rate_hz: float | None = None,
         *,
-        inputs: Callable[[P], Mapping[str, Input]] | None = None,
         read_only: bool = False,
     ) -> None:
         """Declare parameters.
@@ -182,24 +89,23 @@ class PartNode(Node, Generic[P]):
         Args:
             part: Row of the estimator, detector or fusion.
             rate_hz: Largest rate of an intermediate topic, Hz; None publishes every output.
-            inputs: Makes the inputs from the parameters; None takes those of the row.
             read_only: Whether parameters cannot change while it runs. Otherwise a change makes
                 the component anew, and it is NOT_READY until its windows are full again.
 
         Raises:
             ParameterError: A parameter is unknown or out of bounds.
-            ValueError: It has an input that there is not.
         """
         super().__init__(part.node, automatically_declare_parameters_from_overrides=True)
         self.part, self.rate_hz = part, rate_hz
         self._kind: type[P] = part.parameters  # type: ignore[assignment]  # as the subclass says
         with naming(part.node):
             self._settings = declare(self, self._kind, read_only=read_only)
-            self.inputs = inputs_of(part) if inputs is None else inputs(self._settings)
         self.stage = Stage(lambda: component_of(part, self._settings))
         self.rejected: Counter[str] = Counter()
-        self._received: Counter[str] = Counter()
-        self._newest_s: dict[str, float] = dict.fromkeys(self.inputs, time.monotonic())
+        self.received: Counter[str] = Counter()
+        self._newest_s: dict[str, float] = dict.fromkeys(
+            self.stage.component.inputs, time.monotonic()
+        )
         self._reported: Counter[str] = Counter()
         self._restarts = 0
         self._lacking: set[str] = set()
@@ -241,19 +147,6 @@ class PartNode(Node, Generic[P]):
     def ended(self) -> None:
         """The process was asked to end: nothing that should survive a crash survives that."""
 
-    def converted(self, name: str, received: Any) -> Any:
-        """Convert a message of an input; None, and a report, if it cannot be used."""
-        given = self.inputs[name]
-        try:
-            return given.sample(received)
-        except BadMessage as error:
-            why = str(error)
-        except Exception as error:  # rclpy raises whatever the bytes lead it to
-            why = f"internal error: {error!r}"
-        self._received[name] += 1
-        self.reject(name, lambda: f"message{_stamped(given, received)}", why)
-        return None
-
     def lack(self, component: str) -> None:
         """Report that a component of an input is not measured: once, then on /diagnostics."""
         if component not in self._lacking:
@@ -262,19 +155,17 @@ class PartNode(Node, Generic[P]):
 
     def note(self, name: str) -> None:
         """Count a sample of an input."""
-        self._received[name] += 1
+        self.received[name] += 1
         self._newest_s[name] = time.monotonic()
 
-    def reject(self, name: str, what: Callable[[], str], why: str) -> None:
-        """Count a message that cannot be used, and log it now and then."""
+    def reject(self, name: str, what: Callable[[], str], why: str, topic: str = "") -> None:
+        """Count a message of an input that cannot be used, and log it now and then."""
         self.rejected[f"{name}: bad message"] += 1
         now = time.monotonic()
         if now - self._logged_at.get(name, -LOG_EVERY_S) >= LOG_EVERY_S:
             self._logged_at[name] = now
-            topic = name
-            if name in self.inputs:
-                topic = self.resolve_topic_name(self.inputs[name].topic)
-            self.log.warning(f"{topic}: {what()} left out: {why}")
+            place = self.resolve_topic_name(topic) if topic else name
+            self.log.warning(f"{place}: {what()} left out: {why}")
 
     def _check_change(self, changes: list[Parameter]) -> SetParametersResult:
         try:
@@ -301,18 +192,9 @@ class PartNode(Node, Generic[P]):
             self.log.warning("a clock ran backwards: everything before that is forgotten")
         self._restarts = self.stage.restarts
         text = "; ".join(f"{reason} ({count})" for reason, count in new.items())
-        values = {f"received {name}": str(count) for name, count in self._received.items()}
+        values = {f"received {name}": str(count) for name, count in self.received.items()}
         values |= {f"left out, {reason}": str(count) for reason, count in refused.items()}
         values |= {f"{component}": "not measured" for component in sorted(self._lacking)}
         values["restarts"] = str(self.stage.restarts)
         level = DiagnosticStatus.WARN if new else DiagnosticStatus.OK
         self.diagnostics.tell("inputs", level, text or "all messages used", values)
-
-
-def _stamped(given: Input, received: Any) -> str:
-    """The stamp of a message in words; empty if it has none or its bytes are no message."""
-    try:
-        stamp = given.message(received).header.stamp
-    except Exception:  # rclpy raises whatever the bytes lead it to
-        return ""
-    return f" stamped {stamp.sec}.{stamp.nanosec:09d}"

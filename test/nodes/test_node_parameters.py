@@ -18,9 +18,10 @@ from rcl_interfaces.srv import (
 from rclpy.parameter import Parameter
 from ros import ROOT, Graph, RosProcess
 
+from hijack_detect.monitor.graph import input_names
 from hijack_detect.monitor.parts import PARTS
 from hijack_detect.nodes import COMPOSED, NODES
-from hijack_detect.nodes.part_node import inputs_of
+from hijack_detect.nodes.engine import input_of
 from hijack_detect.nodes.running import EXIT_BAD_INPUT
 from hijack_detect.parameters import Parameters
 
@@ -184,7 +185,7 @@ def test_help_says_what_each_node_does(graph: Graph) -> None:
 def own_topics(node: str) -> list[str]:
     """Topics of the detectors whose nodes are made from their rows alone."""
     part = next(part for part in PARTS if part.node == node)
-    inputs = [one.topic for one in inputs_of(part).values()]
+    inputs = [input_of(part, name).topic for name in input_names(part)]
     figures = ("verdict", "hijacked", "margin", *part.figures)
     return [*inputs, *(f"{part.name}/{figure}" for figure in figures)]
 
