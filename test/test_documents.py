@@ -16,6 +16,7 @@ from hijack_detect.cli.main import COMMANDS
 DOCUMENTS = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/*.md")])
 LINK = re.compile(r"\]\(([^)#\s]*)(?:#([^)\s]*))?\)")
 COMMAND = re.compile(r"^\s*(?:\.venv/bin/)?hijack-detect ([a-z]+)(.*)$", re.MULTILINE)
+FILE = re.compile(r"`((?:hijack_detect|test|experiments|tools|stress|benchmarks)/[\w./]+\.py)`")
 OPTION = re.compile(r"(?<=\s)--[a-z][a-z-]*")
 
 
@@ -44,6 +45,12 @@ def test_links_lead_to_files_and_headings(document: Path) -> None:
         if anchor and path.suffix == ".md":
             found = anchors(path.read_text(encoding="utf-8"))
             assert anchor in found, f"{document.name}: {target}#{anchor}"
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
+def test_files_that_are_named_exist(document: Path) -> None:
+    for path in FILE.findall(document.read_text(encoding="utf-8")):
+        assert document.name == "CHANGELOG.md" or (ROOT / path).exists(), f"{document.name}: {path}"
 
 
 def test_commands_have_the_options_that_the_documents_give_them() -> None:

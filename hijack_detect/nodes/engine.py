@@ -163,7 +163,9 @@ class Engine:
             if name in self._nodes:
                 continue
             found[name] = given = input_of(readers[0].part, name)
-            topics = {one.resolve_topic_name(given.topic): one for one in readers}
+            topics: dict[str, PartNode[Any]] = {}
+            for one in readers:
+                topics.setdefault(one.resolve_topic_name(given.topic), one)
             if len(topics) > 1:
                 both = " and ".join(f"{topic} ({one.get_name()})" for topic, one in topics.items())
                 raise ValueError(

@@ -135,6 +135,14 @@ def test_a_parameter_out_of_bounds_names_the_node(
     assert "Traceback" not in process.output
 
 
+def test_an_input_from_two_topics_is_refused(graph: Graph) -> None:
+    process = graph.start("all", "-r", "coast_detector:gps/fix:=other/fix")
+    assert process.wait() == 2
+    assert "error: input 'fix' comes from /gps/fix (attitude_estimator)" in process.output
+    assert "/other/fix (coast_detector)" in process.output
+    assert "Traceback" not in process.output
+
+
 def run_script(script: str, domain: int) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         [sys.executable, "-c", script],
