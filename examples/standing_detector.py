@@ -1,12 +1,11 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""A detector of your own in one file: does the GPS move while the vehicle stands?
+"""A user's detector in one file: does the GPS move while the vehicle stands?
 
     hijack-detect analyze FLIGHT --detector examples/standing_detector.py:StandingDetector
     python examples/standing_detector.py
     ros2 run hijack_detect all --ros-args -p fusion:further_detectors:=standing
 
-The parameters and the detector, which is all that there is to one. The same class runs offline in
-`analyze`, where there is no ROS, and in a node.
+The same class runs offline in `analyze`, without ROS, and in a node.
 """
 
 from __future__ import annotations
@@ -28,25 +27,41 @@ class StandingParameters(Parameters):
     """Parameters of the detector: each is a ROS parameter with its unit, bounds and meaning."""
 
     moved_m: float = param(
-        15.0, "ALARM from this distance to where it came to rest.", unit="m", low=1.0, high=1000.0
+        15.0,
+        "ALARM from this distance to where it came to rest.",
+        source="chosen, not swept: beyond the wander of a receiver that stands",
+        unit="m",
+        low=1.0,
+        high=1000.0,
     )
     quiet: float = param(
         0.3,
         "It stands if the specific force has varied by less than this; motors vary it by more.",
+        source="chosen, not swept",
         unit="m/s²",
         low=0.01,
         high=10.0,
     )
     settle_s: float = param(
-        5.0, "It stands once it has been quiet for this long.", unit="s", low=1.0, high=60.0
+        5.0,
+        "It stands once it has been quiet for this long.",
+        source="chosen, not swept",
+        unit="s",
+        low=1.0,
+        high=60.0,
     )
     persist_s: float = param(
-        1.0, "ALARM once it has been that far for this long.", unit="s", low=0.0, high=60.0
+        1.0,
+        "ALARM once it has been that far for this long.",
+        source="chosen, not swept",
+        unit="s",
+        low=0.0,
+        high=60.0,
     )
 
 
 class StandingDetector:
-    """Says something at every fix while nothing shakes the IMU."""
+    """Distance from the point of rest, against the hypothesis that the GPS moves by itself."""
 
     NAME = "standing"
     PARAMETERS = StandingParameters
@@ -56,7 +71,7 @@ class StandingDetector:
     def __init__(self, parameters: StandingParameters) -> None:
         """Begin without samples."""
         self._parameters = parameters
-        # Samples come in order of stamp; a silent input is waited for as long as this, s.
+        # Samples come in order of stamp; how long to wait for a silent input, s.
         self.inputs = {"imu": 3.0, "fix": 3.0}
         self._forces: deque[tuple[int, float]] = deque()
         self._rest: LocalFrame | None = None

@@ -29,6 +29,7 @@ from hijack_detect.streams.samples import NANOSECONDS
 
 REFERENCES = ("/truth/attitude", "/autopilot/attitude")
 SETTLE_S = 20.0
+"""Errors count from here on. Chosen, not swept."""
 
 
 def estimated(reader: BagReader, parameters: AttitudeParameters) -> Iterator[tuple[float, ...]]:

@@ -62,7 +62,7 @@ RATIOS: Ratios = {name: one.ratio for name, one in WEIGHTS.items() if one.ratio 
 ALERTING = {name for name, one in WEIGHTS.items() if one.may_alert}
 WINDOW = WINDOWS_S.index(BLOCK_S)
 HORIZON_S = 12.0
-"""How long an attack is followed: the window, and what comes late in it."""
+"""How long an attack is followed: the window, and what comes late in it. Chosen, not swept."""
 ATTACKS: Mapping[str, frozenset[str]] = {
     CLEAN: frozenset({"in motion", "any phase"}),
     "jump": frozenset({"10 m", "20 m"}),
@@ -95,12 +95,13 @@ NATIVE = frozenset(
 """Bags of flights of which there is the native log: only that counts."""
 
 RARE = 99.5
-"""Percentile of the clean margins that says nothing."""
+"""Percentile of the clean margins that has weight 0. Chosen, not swept."""
 LARGEST_NEUTRAL = 0.9
 LEAST = -0.1
-"""A quiet detector never says more for the GPS than this: most are blind to most attacks."""
+"""Least weight, of a quiet detector: most are blind to most attacks. Chosen, not swept."""
 MOST = {"drag": 2.7}
-"""The most that a detector may say whose alarm is soft and not rare: a gust front."""
+"""Largest weight of a detector whose alarm is soft and not rare: a gust front. Chosen, not
+swept."""
 BINS = (0.0, 0.02, 0.1, 0.3, 0.5, 0.7, 0.9, 0.98, 1.0)
 FUSION = FusionParameters()
 

@@ -44,8 +44,10 @@ DETECTORS = ("coast", "date", "drag", "correlation", "heading", "altitude")
 """Those that use the IMU or the attitude."""
 ONSETS, WATCHED_S, LONGEST_S = 4, 22.0, 330.0
 MOVING = 1.5
-"""m/s: onsets lie between the first and the last time that the vehicle is faster."""
+"""m/s: onsets lie between the first and the last time that the vehicle is faster. Chosen, not
+swept."""
 SETTLED_S = 45.0
+"""Chosen, not swept."""
 
 
 class AnyRate(FlightPhaseEstimator):

@@ -23,7 +23,7 @@ from hijack_detect.streams.samples import (
 )
 
 SPEED = 4.0
-"""m/s that a carry-off builds up to."""
+"""m/s that a carry-off builds up to. Chosen, not swept."""
 REACH_M = 60.0
 FEW_WITHOUT_FIX, FEW = 3, 5
 """Satellites at most: a fix needs four."""

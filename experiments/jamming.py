@@ -62,7 +62,7 @@ KINDS = ("back", "carried", "displaced", "degraded")
 LOST, DEGRADED = "lost", "degraded"
 WATCHED = ("coast", "date", "drag", "gnss", "altitude", "fusion")
 LONGEST_VERDICT_S = 1.5
-"""A verdict holds until the next one, and no longer than this."""
+"""A verdict holds until the next one, and no longer than this. Chosen, not swept."""
 DELIVERED_NS = NANOSECONDS // 2
 """What is said of a stamp may come as much later: runs of samples are handed over together."""
 

@@ -39,7 +39,8 @@ from hijack_detect.streams.samples import NANOSECONDS
 from tools.documents import fill, write
 
 FACTOR = 1.25
-"""What a limit leaves to the largest clean score; those in force leave 1.1 to 1.7."""
+"""What a limit leaves to the largest clean score; those in force leave 1.1 to 1.7. Fixed before the
+flights were run (docs/detection-limits.md)."""
 ALERTING = tuple(name for name, one in WEIGHTS.items() if one.may_alert)
 """Detectors whose alarm makes an alert."""
 PATH = click.Path(path_type=Path)

@@ -26,7 +26,7 @@ from hijack_detect.streams.samples import NANOSECONDS
 
 FUSION = "fusion"
 WINDOWS_S = (1.0, 2.0, 5.0, 10.0, 20.0, 60.0)
-"""Seconds after the onset within which the largest margins are kept."""
+"""Seconds after the onset within which the largest margins are kept. Chosen, not swept."""
 BLOCK_S = 10.0
 """Length of the pieces of clean time whose largest margins are kept, seconds."""
 

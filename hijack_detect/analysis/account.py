@@ -48,7 +48,8 @@ NAMES: dict[type, str] = {
 NEEDED = frozenset({"imu", "fix"})
 """Inputs without which nothing can be judged."""
 STUCK = 0.9
-"""Share of stamps that repeat the one before from which on an input has no usable stamps."""
+"""Share of stamps that repeat the one before from which on an input has no usable stamps. Chosen,
+not swept."""
 JUMP_NS = round(SILENCE_S * NANOSECONDS)
 """A step of the stamps that the order of inputs takes for an outage or a clock that was set."""
 LIGHT, HEAVY = 6.9, 29.4

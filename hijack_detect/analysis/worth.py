@@ -20,16 +20,17 @@ from hijack_detect.estimation.receiver_health import POOR
 from hijack_detect.streams.samples import NANOSECONDS
 
 STEPS = (0.3, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 5.0)
-"""m/s²: the pulls that `visible_steps` counts."""
+"""m/s²: the pulls that `visible_steps` counts. Chosen, not swept."""
 MOST = 0.9
 """Share of the time in which `coast` could tell that the sentence claims: the tenth in which it
-was blindest would make the claimed size large and the claimed time hardly longer."""
+was blindest would make the claimed size large and the claimed time hardly longer. Chosen, not
+swept."""
 LEAST = 0.005
-"""Share of the time in the air below which it is 0 %: then nothing was judged."""
+"""Share of the time in the air below which nothing was judged: it is displayed as 0 %."""
 LEAST_POOR_S = 5.0
-"""Seconds for which a receiver has to be poor or late to be named."""
+"""Seconds for which a receiver has to be poor or late to be named. Chosen, not swept."""
 FAULTY = 0.1
-"""Share of the flight for which an IMU has to be faulty to be named."""
+"""Share of the flight for which an IMU has to be faulty to be named. Chosen, not swept."""
 UNCORRECTED = "the flight has no time of the receiver to correct it, so the IMU fits the GPS less"
 MOST_STEPS = 8
 """Steps of the receiver's time that are named one by one."""

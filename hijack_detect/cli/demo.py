@@ -31,7 +31,8 @@ from hijack_detect.spoofing.scenario import Scenario
 DEFAULT_BAG = "bags/curved_8"
 DEFAULT_SCENARIO = "turn_away_track"
 LAST_WORDS_S = 1.0
-"""Quiet time after the replay's end that shows that every verdict has arrived."""
+"""Quiet time after the replay's end that shows that every verdict has arrived. Chosen, not
+swept."""
 DOMAINS = range(1, 101)
 """Domain ids that a demonstration chooses from; the ports of higher ones are taken at random by
 other programs."""

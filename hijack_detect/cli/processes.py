@@ -16,6 +16,7 @@ from ament_index_python.packages import PackageNotFoundError, get_package_prefix
 
 PACKAGE = "hijack_detect"
 STOP_S = 5.0
+"""From SIGINT to SIGKILL. Chosen, as `ros2 launch` waits (sigterm_timeout)."""
 
 
 class NodeError(ValueError):

@@ -12,6 +12,7 @@ from typing import Any
 from hijack_detect.cli.doctor.finding import Finding, Level
 
 SHOWN = 300
+"""Characters of an error that are shown. Chosen, not swept."""
 
 
 class Child:

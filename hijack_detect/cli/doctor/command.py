@@ -21,6 +21,7 @@ from hijack_detect.nodes.running import NOT_BUILT_IN, is_asked_for, unprotected
 
 PEER, GRAPH = "hijack_detect.cli.doctor.peer", "hijack_detect.cli.doctor.graph"
 TALK_S, LOOK_S = 12.0, 25.0
+"""Timeouts of the child processes. Chosen, not swept."""
 STYLES = {Level.OK: "green", Level.INFO: "dim", Level.WARN: "yellow", Level.FAIL: "bold red"}
 
 

@@ -23,6 +23,7 @@ from hijack_detect.nodes.qos import SENSOR
 
 NAME = "hijack_detect_doctor"
 DISCOVERY_S, MEASURED_S, ANSWER_S = 2.0, 2.0, 1.5
+"""Chosen, not swept."""
 ALERT = "hijack_alert"
 
 

@@ -15,8 +15,11 @@ from hijack_detect.cli.doctor.finding import Finding, Level
 RELEASED_S = 1_764_000_000
 """No clock of a machine that runs this is before November 2025."""
 UNSYNCHRONISED = 0x40
+"""Standard: STA_UNSYNC of adjtimex(2)."""
 COARSE_S = 1e-4
+"""Seconds. Chosen, not swept: a tenth of the interval of an IMU at 1 kHz."""
 GIGABYTE = 1e9
+"""Least free space: the default size of journal and snapshots together."""
 SMALL_BUFFER = 212_992
 """Bytes; the default of Linux, which holds half a second of an IMU at 1 kHz."""
 BUFFER = Path("/proc/sys/net/core/rmem_max")

@@ -17,8 +17,10 @@ from std_msgs.msg import Int64
 from hijack_detect.nodes.qos import INTERNAL
 
 ENOUGH = 20
+"""Messages for a median. Chosen, not swept."""
 EVERY_S = 0.02
 LONGEST_S = 30.0
+"""Safety net behind the timeout of `doctor`, TALK_S. Chosen: more than twice that."""
 
 
 def main(role: str, topic: str) -> None:

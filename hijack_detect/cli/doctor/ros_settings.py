@@ -12,7 +12,10 @@ from hijack_detect.cli.doctor.finding import Finding, Level
 
 RANGES = ("SUBNET", "LOCALHOST", "OFF", "SYSTEM_DEFAULT")
 PORT_BASE, PORTS_OF_DOMAIN = 7400, 250
+"""Standard: RTPS well-known ports, PB and DG."""
 MAX_DOMAIN, SAFE_DOMAIN = 232, 101
+"""Physics: the last whole domain below port 65536, and below 32768, where Linux' own ports
+begin."""
 PROCESSES = 54
 """On one machine in one domain, so that the ports of domain 101 end below those of Linux."""
 PORT_RANGE = Path("/proc/sys/net/ipv4/ip_local_port_range")

@@ -21,8 +21,9 @@ from hijack_detect.cli.doctor.finding import Finding, Level
 FOLDER = Path("/dev/shm")
 LOCK = re.compile(r"(fastrtps_(?:port\d{1,5}|[0-9a-z]{16}))_(?:el|sl)")
 YOUNG_S = 5.0
-"""A file may be made before its owner locks it."""
+"""A file may be made before its owner locks it. Chosen, not swept."""
 LOW_BYTES = 64 * 2**20
+"""Physics: about a hundred processes of half a MB each; also the default of docker."""
 MEGABYTE = 1e6
 
 

@@ -25,7 +25,8 @@ from hijack_detect.streams.samples import (
 )
 
 SPAN_NS = 30 * NANOSECONDS
-"""Normal data are taken from this long before the attack; a clean flight is judged on as much."""
+"""Normal data are taken from this long before the attack; a clean flight is judged on as much.
+Chosen: the length of the attack, ATTACK_S."""
 UNITS = {
     "altitude": (ALTITUDE_M, "m"),
     "satellites": (1.0, ""),
@@ -116,6 +117,7 @@ def _between(values: list[tuple[int, float]], first_ns: int, end_ns: int) -> lis
 
 
 FIXES = 500
+"""Timed updates of one kind. Chosen, not swept."""
 STEPS: Mapping[str, Mapping[str, Any]] = {
     "satellites": {"altitude_sigma_m": 0.0, "satellites": SOFT["satellites"]},
     "satellites, altitude": {name: SOFT[name] for name in ("altitude_sigma_m", "satellites")},

@@ -45,6 +45,7 @@ def roc_curve(clean: Sequence[float], hijacked: Sequence[float]) -> Curve:
 
 
 LEVEL = 0.95
+"""Confidence of intervals: the convention of the field."""
 
 
 class FlightOutcome(Model):

@@ -14,6 +14,7 @@ from hijack_detect.analysis.worth import lasting, not_judged, visible
 from hijack_detect.evaluation.scores.model import Model
 
 LEVEL = 0.95
+"""Confidence of intervals: the convention of the field."""
 
 
 class RateInterval(Model):

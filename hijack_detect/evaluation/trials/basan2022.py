@@ -54,8 +54,9 @@ FLIGHTS = 25
 """Flights of each class at scale 1."""
 ROUTES = ("straight", "curved", "survey", "hover")
 ATTACK_S = 30.0
+"""Chosen, not swept; the paper notifies within 5 to 30 s."""
 SETTLED_S = 12.0
-"""The earliest onset: this long after the command to fly forward."""
+"""The earliest onset: this long after the command to fly forward. Chosen, as for `feng2018`."""
 
 
 def basan2022(scale: int = 1) -> list[SimulatedCase]:

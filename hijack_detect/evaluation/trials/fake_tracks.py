@@ -10,7 +10,9 @@ import numpy as np
 from hijack_detect.spoofing.scenario import Scenario, parse_scenario
 
 ATTACK_S = 30.0
+"""Feng 2018, §5, as docs/reproduction.md has it."""
 ROW_S = 0.5
+"""Chosen, not swept."""
 SPEED = 10.0
 """Speed of the array, m/s; it is scaled to that of the flight."""
 TRACKS = ("straight", "turn", "s_shape")

@@ -20,15 +20,15 @@ from hijack_detect.evaluation.trials.onsets import SHORTEST_S, Span, seeded_onse
 from hijack_detect.spoofing.scenario import Scenario, parse_scenario
 
 REPLAYED_S = 30.0
-"""A replay reports the flight of this long before."""
+"""A replay reports the flight of this long before. Chosen, not swept."""
 TURN_DEG, TURN_RATE = 60.0, 15.0
-"""The turn away: degrees, degrees/s."""
+"""The turn away: degrees, degrees/s. Chosen, not swept."""
 CLIMB_GAIN = 0.5
-"""How fast a ramp of altitude builds up, m/s²."""
+"""How fast a ramp of altitude builds up, m/s². Chosen, not swept."""
 WATCHED_S = 20.0
-"""The latest onset lies this long before the flight's end."""
+"""The latest onset lies this long before the flight's end. Chosen, not swept."""
 SETTLED_S = 20.0
-"""The earliest onset at any phase of flight, seconds."""
+"""The earliest onset at any phase of flight, seconds. Chosen, not swept."""
 
 Draw = Callable[[np.random.Generator, float], dict[str, Any]]
 """The attack model, as in a scenario file, from random numbers and the onset in seconds."""
@@ -164,6 +164,7 @@ def replay() -> Size:
 DISTANCES_M = (2.0, 5.0, 8.0, 10.0, 15.0, 20.0, 40.0)
 ACCELERATIONS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.7, 1.0, 2.0)
 SPEEDS = (1.0, 2.0, 4.0)
+"""m, m/s², m/s. Chosen, not swept."""
 
 FAMILIES: Mapping[str, Sequence[Size]] = {
     "jump": tuple(map(jump, DISTANCES_M)),

@@ -30,9 +30,10 @@ FLIGHTS = 30
 MAX_SCALE = 200
 ROUTES = ("straight", "curved")
 ATTACK_S = 40.0
-"""At least so much of the route is left after the onset; the attack itself does not end."""
+"""Least route left after the onset; the attack itself does not end. Chosen, not swept."""
 SETTLED_S = 12.0
-"""The earliest onset: this long after the command to fly forward."""
+"""The earliest onset: this long after the command to fly forward. Chosen, not
+swept."""
 
 CLASSES: Mapping[str, Size] = {
     "drift_0.4": drift(0.4, 4.0),

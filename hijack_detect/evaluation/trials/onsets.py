@@ -18,11 +18,11 @@ from hijack_detect.spoofing.scenario import Scenario
 from hijack_detect.streams.samples import NANOSECONDS, FixSample, VelocitySample
 
 FORWARD_SPEED = 3.0
-"""m/s; a vehicle that is faster is in forward flight."""
+"""m/s; a vehicle that is faster is in forward flight. Chosen, not swept."""
 PAUSE_S = 2.0
-"""A pause shorter than this does not end forward flight."""
+"""A pause shorter than this does not end forward flight. Chosen, not swept."""
 SHORTEST_S = 5.0
-"""Forward flight before the onset's last place: an attack begins with at least so much ahead."""
+"""Least forward flight left after an onset. Chosen, not swept."""
 
 Span = tuple[float, float]
 

@@ -20,7 +20,8 @@ from pydantic import TypeAdapter, ValidationError
 from hijack_detect import __version__
 
 WRITE_S = 5.0
-"""A file is written this long after its first result: so much work is lost with the process."""
+"""A file is written this long after its first result: the most that is lost with the process.
+Chosen, not swept."""
 
 
 Result = TypeVar("Result")
@@ -120,6 +121,7 @@ def described(function: Callable[..., Any]) -> str:
 WAITING = 1000
 """Items that are with the scheduler at a time: enough for any cluster, whatever the corpus."""
 CONNECT_S = 20.0
+"""Timeout. Chosen, not swept."""
 
 
 class Named(Protocol):

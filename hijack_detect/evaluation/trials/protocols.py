@@ -31,9 +31,10 @@ STRAIGHT_SEED, CURVED_SEED, HIJACKED_SEED = 10_000, 20_000, 30_000
 """First seed of each class; every further flight has the next one."""
 
 SETTLED_S = 12.0
-"""The earliest onset: this long after the command to fly forward."""
+"""The earliest onset: this long after the command to fly forward. Chosen, not swept."""
 NOISE_M = 0.03
-"""Noise of recorded fake fixes, East and North each: 0.1 m/s in their velocity."""
+"""Noise of recorded fake fixes, East and North each: 0.1 m/s in their velocity. Chosen, not
+swept."""
 
 
 def feng2018(scale: int = 1, *, noise_m: float = 0.0) -> list[SimulatedCase]:

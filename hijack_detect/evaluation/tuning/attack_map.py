@@ -25,6 +25,7 @@ FLIGHTS = 6
 FIRST_SEED = 50_000
 SETTLED_S = 12.0
 ATTACK_S = 40.0
+"""Earliest onset and route left after it, as in the protocol `limits`."""
 
 
 @dataclass(frozen=True)

@@ -21,17 +21,19 @@ from hijack_detect.streams.samples import NANOSECONDS, VelocitySample
 
 LAG_STEP_S = 0.05
 LAGS_S = tuple(round(LAG_STEP_S * step, 2) for step in range(11))
-"""0 to 0.5 s."""
+"""0 to 0.5 s: recorded receivers have 0.02 to 0.28 s (docs/detectors.md)."""
 WINDOW_FIXES = 4.5
-"""Window of the comparison in intervals between fixes: short, so that a lag is not averaged
-out, and half an interval off a whole number, so that jitter never changes how many it holds."""
+"""Window of the comparison in intervals between fixes: short, so that a lag is not averaged out,
+and half an interval off a whole number, so that jitter never changes how many it holds. Chosen, not
+swept."""
 MIN_CONTRAST = 1.05
 """The worst lag must disagree by this factor more than the best: a flight that hardly
-accelerates says nothing of its lag."""
+accelerates does not show its lag. Chosen, not swept."""
 MIN_SPEED = 1.0
-"""m/s; faster than this it flies, and its motors shake the IMU."""
+"""m/s; faster than this it flies, and its motors shake the IMU. Chosen, not swept."""
 BLOCK_S = 1.0
 MIN_BLOCKS = 10
+"""Blocks for a median. Chosen, not swept."""
 
 
 @dataclass(frozen=True)

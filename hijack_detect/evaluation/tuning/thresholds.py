@@ -28,14 +28,18 @@ from hijack_detect.replay.truth import detector_outcome
 Counted: TypeAlias = Callable[[Recorded, MonitorParameters, Sequence[float]], "Alarms"]
 
 SMALLEST_FACTOR = 1.25
+"""Chosen, not swept; as the rule of docs/detection-limits.md."""
 FEW_FLIGHTS_FACTOR = 1.7
 """Where there are too few flights to measure the factor: a threshold from one half of a set of
 flights alarmed on the other half until it was raised by this much."""
 MIN_FLIGHTS = 6
+"""Two halves of three: fewer do not measure a factor. Chosen, not swept."""
 SPLITS = 400
+"""Chosen, not swept."""
 SPLIT_SEED = 0
 MIN_JUDGED_S = 60.0
-"""A detector that could tell for less time than this over all flights keeps its threshold."""
+"""A detector that could tell for less time than this over all flights keeps its threshold.
+Chosen, not swept."""
 
 
 @dataclass(frozen=True)
@@ -136,6 +140,7 @@ def _judged_s(verdicts: Sequence[Verdict]) -> float:
 
 MU_DEG = (5.0, 7.5, 10.0, 12.5, 15.0, 17.5, 20.0, 25.0, 30.0, 35.0, 40.0, 50.0, 60.0, 75.0, 90.0)
 DATE_STEP = 1.05
+"""Ratio of neighbouring thresholds. Chosen: fine beside SMALLEST_FACTOR."""
 
 TUNABLES: Mapping[str, Tunable] = {
     "correlation": Tunable(

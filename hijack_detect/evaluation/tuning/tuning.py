@@ -31,9 +31,10 @@ from hijack_detect.spoofing.scenario import Scenario
 from hijack_detect.streams.samples import NANOSECONDS, FixSample
 
 SETTLED_S = 12.0
-"""An attack begins this long after the flight has begun to move forward, at the earliest."""
+"""An attack begins this long after the flight has begun to move forward, at the earliest: as
+`simulation` and the protocols. Chosen, not swept."""
 BROKEN_S = 2.0
-"""A shorter time without a course does not end forward flight."""
+"""A shorter time without a course does not end forward flight. Chosen, not swept."""
 
 
 @dataclass(frozen=True)
@@ -127,7 +128,8 @@ Progress = Callable[[str, int], Callable[[int], None]]
 ATTACKS = 20
 """About this many times each scenario is injected, over all flights,"""
 MAX_ATTACKS = 5
-"""but no more often into one flight."""
+"""but no more often into one flight. Both chosen, not swept: 0 of 20
+missed is at most 17 % (exact, 95 %)."""
 
 ROLES = ("before", "held_out", "attacked_before", "attacked_after")
 
