@@ -77,14 +77,14 @@ def main(folder: Path, only: tuple[str, ...], repeats: int, accept: bool) -> Non
         Console().print(one.table)
         for line in one.remarks:
             click.echo(line)
-    told = machine()
-    result = {"machine": told, **{name: one.figures for name, one in found.items()}}
+    described = machine()
+    result = {"machine": described, **{name: one.figures for name, one in found.items()}}
     (folder / "bench.json").write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
     before = json.loads(BASELINE.read_text(encoding="utf-8")) if BASELINE.is_file() else {}
     known: Ratios = before.get("ratios", {})
     ratios = {name: one.ratios for name, one in found.items()}
     if accept:
-        text = json.dumps({"machine": told, "ratios": {**known, **ratios}}, indent=1)
+        text = json.dumps({"machine": described, "ratios": {**known, **ratios}}, indent=1)
         BASELINE.write_text(text + "\n", encoding="utf-8")
         return
     worse = compared(ratios, known)

@@ -49,10 +49,12 @@ def decode(bag: Path) -> int:
 
 def detect(bag: Path) -> int:
     """Run all detectors: all that `analyze` does but for the report."""
-    said: Counter[str] = Counter()
+    outputs: Counter[str] = Counter()
     with BagReader(bag) as reader:
-        analyse(reader, policy_parameters("default"), on_output=lambda part, _: said.update([part]))
-    return said["fusion"]
+        analyse(
+            reader, policy_parameters("default"), on_output=lambda part, _: outputs.update([part])
+        )
+    return outputs["fusion"]
 
 
 def report(bag: Path) -> int:
@@ -60,7 +62,7 @@ def report(bag: Path) -> int:
     recorder = Recorder()
     with BagReader(bag) as reader, TemporaryDirectory() as folder:
         parameters = policy_parameters("default")
-        done = analyse(reader, parameters, on_sample=recorder.take, on_output=recorder.hear)
+        done = analyse(reader, parameters, on_sample=recorder.take, on_output=recorder.take_output)
         recorded = recording(reader, recorder, injected=False)
         return write_page(Path(folder), done, recorded).stat().st_size
 

@@ -136,16 +136,16 @@ class Autopilot(Node):
         self._alerted = message.data
 
     def _hear_verdict(self, message: DiagnosticArray) -> None:
-        said = {pair.key: pair.value for pair in message.status[0].values}
-        since = said["alert_since_ns"]
+        values = {pair.key: pair.value for pair in message.status[0].values}
+        since = values["alert_since_ns"]
         if since and (not self.alert_stamps or self.alert_stamps[-1] != int(since)):
             self.alert_stamps.append(int(since))
 
     def _hear_report(self, message: DiagnosticArray) -> None:
         for one in message.status:
             if one.name == "/coast_detector: inputs":
-                said = {pair.key: pair.value for pair in one.values}
-                self.received = int(said.get("received imu", "0"))
+                values = {pair.key: pair.value for pair in one.values}
+                self.received = int(values.get("received imu", "0"))
 
     def _hear_echo(self, _: Bool) -> None:
         self.echoes.append(time.perf_counter() - self.fix_s)
@@ -291,6 +291,6 @@ def measure(folder: Path, repeats: int) -> Section:
         for key in COMPARED
         if key in found[name]
     }
-    said = "{lost} of {sent} Imu messages lost, {core_percent:.1f} % of a core"
-    remark = f"composed at {FAST_HZ} Hz: " + said.format(**found["fast"])
+    text = "{lost} of {sent} Imu messages lost, {core_percent:.1f} % of a core"
+    remark = f"composed at {FAST_HZ} Hz: " + text.format(**found["fast"])
     return Section(ratios, found, table, (remark,))

@@ -40,17 +40,17 @@ FULL_S = 100.0
 """Both are full by then: heading and manoeuvres come first."""
 FAST = ("imu", "attitude")
 """Inputs that come with every IMU sample."""
-Heard = list[tuple[str, Any]]
+Inputs = list[tuple[str, Any]]
 
 
-def heard_by_each(folder: Path) -> dict[str, Heard]:
+def inputs_of_each(folder: Path) -> dict[str, Inputs]:
     """What each part of the monitor hears on a flight, in order."""
     monitor = Monitor(policy_parameters("default"))
-    heard: dict[str, Heard] = {name: [] for name in monitor.stages}
+    inputs: dict[str, Inputs] = {name: [] for name in monitor.stages}
 
     def listening(name: str, update: Callable[[str, Any], Any]) -> Callable[[str, Any], Any]:
         def listen(source: str, sample: Any) -> Any:
-            heard[name].append((source, sample))
+            inputs[name].append((source, sample))
             return update(source, sample)
 
         return listen
@@ -60,29 +60,29 @@ def heard_by_each(folder: Path) -> dict[str, Heard]:
     with BagReader(load_bag(folder, SECONDS, IMU_HZ, GPS_HZ)) as reader:
         for name, sample in read_samples(reader, reader.inputs(), on_rejected=Rejected().add):
             monitor.push(name, [sample])
-    return heard
+    return inputs
 
 
 def timed(
-    make: Callable[[], Component], heard: Heard, repeats: int, settle_s: float = 0.0
+    make: Callable[[], Component], inputs: Inputs, repeats: int, settle_s: float = 0.0
 ) -> tuple[float, float]:
     """Mean microseconds of an IMU sample, and of all that comes with a fix; medians of runs.
 
     Only what comes `settle_s` after the first sample is by the clock.
     """
-    begin_ns = heard[0][1].stamp_ns + round(settle_s * NANOSECONDS)
-    first = next(k for k, (_, sample) in enumerate(heard) if sample.stamp_ns >= begin_ns)
-    names = [name for name, _ in heard[first:]]
+    begin_ns = inputs[0][1].stamp_ns + round(settle_s * NANOSECONDS)
+    first = next(k for k, (_, sample) in enumerate(inputs) if sample.stamp_ns >= begin_ns)
+    names = [name for name, _ in inputs[first:]]
     fast = sum(name in FAST for name in names) / len({*names} & {*FAST} or {""})
-    fixes = (heard[-1][1].stamp_ns - begin_ns) / NANOSECONDS * GPS_HZ
+    fixes = (inputs[-1][1].stamp_ns - begin_ns) / NANOSECONDS * GPS_HZ
     runs = []
     for _ in range(repeats):
         component = make()
-        for name, sample in heard[:first]:
+        for name, sample in inputs[:first]:
             component.update(name, sample)
         spent: dict[bool, float] = defaultdict(float)
         gc.disable()
-        for name, sample in heard[first:]:
+        for name, sample in inputs[first:]:
             begin = time.perf_counter()
             component.update(name, sample)
             spent[name in FAST] += time.perf_counter() - begin
@@ -105,24 +105,24 @@ def message_us(bag: Path, repeats: int) -> float:
     return statistics.median(runs)
 
 
-def parts(heard: dict[str, Heard], repeats: int) -> dict[str, dict[str, float]]:
+def parts(inputs: dict[str, Inputs], repeats: int) -> dict[str, dict[str, float]]:
     """Cost of each part."""
 
     def fresh(name: str) -> Callable[[], Component]:
         return lambda: Monitor(policy_parameters("default")).stages[name].component
 
     found = {}
-    for name, samples in track(heard.items(), f"{'steps':24}", console=Console(stderr=True)):
+    for name, samples in track(inputs.items(), f"{'steps':24}", console=Console(stderr=True)):
         imu_us, fix_us = timed(fresh(name), samples, repeats)
         found[name] = {"imu_us": imu_us, "fix_us": fix_us}
     return found
 
 
-def windows(heard: dict[str, Heard], repeats: int) -> dict[str, float]:
+def windows(inputs: dict[str, Inputs], repeats: int) -> dict[str, float]:
     """Cost with windows of LONGEST_S, over that with SHORTEST_S, once both are full."""
 
     def cost(make: Callable[[], Component], name: str) -> float:
-        imu_us, fix_us = timed(make, heard[name], repeats, FULL_S)
+        imu_us, fix_us = timed(make, inputs[name], repeats, FULL_S)
         return imu_us * IMU_HZ + fix_us * GPS_HZ
 
     makers: dict[str, Callable[[float], Callable[[], Component]]] = {
@@ -138,8 +138,8 @@ def windows(heard: dict[str, Heard], repeats: int) -> dict[str, float]:
 def measure(folder: Path, repeats: int) -> Section:
     """Cost of each part in messages that could be deserialised meanwhile."""
     unit_us = message_us(load_bag(folder, SECONDS, IMU_HZ, GPS_HZ), repeats)
-    heard = heard_by_each(folder)
-    found, longer = parts(heard, repeats), windows(heard, repeats)
+    inputs = inputs_of_each(folder)
+    found, longer = parts(inputs, repeats), windows(inputs, repeats)
     table = Table("steps", "µs an IMU sample", "µs a fix")
     for name, one in found.items():
         table.add_row(name, f"{one['imu_us']:.1f}", f"{one['fix_us']:.0f}")

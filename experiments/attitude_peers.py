@@ -34,30 +34,30 @@ from hijack_detect.replay.truth import read_label
 from hijack_detect.streams.samples import NANOSECONDS, ImuSample, MagneticSample
 
 INPUTS = ("imu", "fix", "velocity", "mag")
-Heard = list[tuple[str, Any]]
+Inputs = list[tuple[str, Any]]
 Track = list[tuple[float, float, float, float]]
 """Second, roll, pitch and yaw, rad."""
 
 
-def ours(heard: Heard) -> Track:
+def ours(inputs: Inputs) -> Track:
     """The estimator of this project."""
     estimator = AttitudeEstimator(AttitudeParameters())
     found = []
-    for name, sample in heard:
+    for name, sample in inputs:
         output = estimator.update(name, sample)
         if output is not None and output.orientation is not None:
             found.append((sample.stamp_ns / NANOSECONDS, *roll_pitch_yaw(output.orientation)))
     return found
 
 
-def of_vqf(heard: Heard) -> Track:
+def of_vqf(inputs: Inputs) -> Track:
     """VQF (Laidig and Seel 2023), with the magnetometer."""
     from vqf import VQF  # noqa: PLC0415  a peer, which need not be installed
 
-    rates = {name: _interval_s(heard, name) for name in ("imu", "mag")}
+    rates = {name: _interval_s(inputs, name) for name in ("imu", "mag")}
     peer = VQF(rates["imu"], rates["imu"], rates["mag"])
     found = []
-    for sample in _readings(heard):
+    for sample in _readings(inputs):
         if isinstance(sample, MagneticSample):
             peer.updateMag(np.array(sample.field))
             continue
@@ -68,14 +68,14 @@ def of_vqf(heard: Heard) -> Track:
     return found
 
 
-def of_madgwick(heard: Heard) -> Track:
+def of_madgwick(inputs: Inputs) -> Track:
     """Madgwick's filter in `ahrs`, with the newest magnetic reading."""
     from ahrs.filters import Madgwick  # noqa: PLC0415  a peer, which need not be installed
 
-    dt = _interval_s(heard, "imu")
+    dt = _interval_s(inputs, "imu")
     peer, q, field = Madgwick(Dt=dt), np.array([1.0, 0.0, 0.0, 0.0]), np.zeros(3)
     found = []
-    for sample in _readings(heard):
+    for sample in _readings(inputs):
         if isinstance(sample, MagneticSample):
             field = np.array(sample.field) * 1e9
             continue
@@ -87,43 +87,43 @@ def of_madgwick(heard: Heard) -> Track:
     return found
 
 
-METHODS: dict[str, Callable[[Heard], Track]] = {
+METHODS: dict[str, Callable[[Inputs], Track]] = {
     "hijack_detect": ours,
     "vqf": of_vqf,
     "ahrs Madgwick": of_madgwick,
 }
 
 
-def _readings(heard: Heard) -> Iterator[ImuSample | MagneticSample]:
-    return (one for name, one in heard if name in ("imu", "mag"))
+def _readings(inputs: Inputs) -> Iterator[ImuSample | MagneticSample]:
+    return (one for name, one in inputs if name in ("imu", "mag"))
 
 
-def _interval_s(heard: Heard, name: str) -> float:
-    stamps = [one.stamp_ns for source, one in heard if source == name]
+def _interval_s(inputs: Inputs, name: str) -> float:
+    stamps = [one.stamp_ns for source, one in inputs if source == name]
     return float(np.median(np.diff(stamps))) / NANOSECONDS
 
 
 def rms_of(found: Track, truth: Array, from_s: float, *, aligned: bool) -> list[float]:
     """Root mean square of roll, pitch and yaw, degrees; `aligned` takes the mean off the yaw's."""
-    said = np.array(found)
-    inside = (truth[:, 0] >= max(from_s, said[0, 0])) & (truth[:, 0] <= said[-1, 0])
-    roll, pitch, yaw = errors_rad(said, truth[inside])
+    angles = np.array(found)
+    inside = (truth[:, 0] >= max(from_s, angles[0, 0])) & (truth[:, 0] <= angles[-1, 0])
+    roll, pitch, yaw = errors_rad(angles, truth[inside])
     if aligned:
         yaw = np.angle(np.exp(1j * yaw) / np.mean(np.exp(1j * yaw)))
     return [rms_deg(error) for error in (roll, pitch, yaw)]
 
 
-def heard_on(path: Path) -> tuple[Heard, Array, float]:
+def inputs_of(path: Path) -> tuple[Inputs, Array, float]:
     """Samples, truth, and when the comparison begins, of a flight."""
     with BagReader(path) as reader:
         read = read_samples(reader, reader.inputs(), on_rejected=Rejected().add)
-        heard = sorted((one for one in read if one[0] in INPUTS), key=lambda one: one[1].stamp_ns)
+        inputs = sorted((one for one in read if one[0] in INPUTS), key=lambda one: one[1].stamp_ns)
         label = read_label(path)
         takeoff_s = 0.0 if label is None else float(label["t_takeoff"])
         _, truth = reference(reader)
         start_s = reader.start_ns / NANOSECONDS
         truth[:, 0] += start_s
-        return heard, truth, start_s + takeoff_s + SETTLE_S
+        return inputs, truth, start_s + takeoff_s + SETTLE_S
 
 
 def ekf_cost() -> dict[str, float]:
@@ -166,11 +166,11 @@ def main(flights: Path, match: str) -> None:
     rows: dict[str, list[list[float]]] = {name: [] for name in METHODS}
     paths = [path for path in sorted(flights.iterdir()) if match in path.name]
     for path in track(paths, "flights", console=Console(stderr=True)):
-        heard, truth, from_s = heard_on(path)
-        readings = sum(name == "imu" for name, _ in heard)
+        inputs, truth, from_s = inputs_of(path)
+        readings = sum(name == "imu" for name, _ in inputs)
         for name, method in METHODS.items():
             begin = time.perf_counter()
-            found = method(heard)
+            found = method(inputs)
             cost_us = (time.perf_counter() - begin) / readings * 1e6
             aligned = method is not ours
             rows[name].append([*rms_of(found, truth, from_s, aligned=aligned), cost_us])

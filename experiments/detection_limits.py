@@ -65,7 +65,7 @@ def main(
             jobs=jobs,
             moving=moving,
             any_phase=any_phase,
-            on_done=Progress(PARTS[part], len(wanted)).tell,
+            on_done=Progress(PARTS[part], len(wanted)).show,
         )
         for failure in failed:
             print(f"{failure.name}: {failure.reason}", file=sys.stderr)
@@ -89,7 +89,7 @@ class Progress:
         """Begin now."""
         self._name, self._total, self._begun = name, total, time.monotonic()
 
-    def tell(self, done: int) -> None:
+    def show(self, done: int) -> None:
         """Say how many pieces are done."""
         minutes = (time.monotonic() - self._begun) / 60.0
         print(f"{self._name}: {done}/{self._total} after {minutes:.1f} min", file=sys.stderr)

@@ -116,8 +116,8 @@ def causes(paper: OfflineRun, default: OfflineRun) -> str:
         if state is State.ALARM and stamp in at
     ]
     counts = Counter(cause(verdict) for verdict in begun)
-    told = "; ".join(f"{text} ({count})" for text, count in counts.most_common())
-    return f"{len(begun)} | {told}"
+    reasons = "; ".join(f"{text} ({count})" for text, count in counts.most_common())
+    return f"{len(begun)} | {reasons}"
 
 
 def cause(verdict: Verdict) -> str:

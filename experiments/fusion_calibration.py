@@ -125,8 +125,8 @@ class Piece:
 
     def log_odds(self, ratios: Ratios, prior: float) -> float:
         """Logarithm of the odds of an attack, nats."""
-        said = {name: ratios[name](margin) for name, margin in self.margins.items()}
-        return odds(prior) + together(said, WEIGHTS)
+        values = {name: ratios[name](margin) for name, margin in self.margins.items()}
+        return odds(prior) + together(values, WEIGHTS)
 
     def alerts(self, ratios: Ratios) -> bool:
         """Whether the fusion alerts."""
@@ -150,19 +150,19 @@ def pieces(one: FlightRecord, fails_s: float | None) -> Iterator[Piece]:
     spans = [span for name in ALERTING for span in one.alarms.get(name, ())]
     for k in range(count):
         begin, end = k * BLOCK_S, (k + 1) * BLOCK_S
-        said = {name: own[k] for name, own in blocks.items() if k < len(own)}
-        yield Piece(CLEAN, _told(said), any(a < end and b >= begin for a, b in spans))
+        values = {name: own[k] for name, own in blocks.items() if k < len(own)}
+        yield Piece(CLEAN, _judging(values), any(a < end and b >= begin for a, b in spans))
     for attack in one.attacks:
         if attack.family != CLEAN:
             methods = {name: attack.methods[name] for name in RATIOS if name in attack.methods}
             yield Piece(
                 attack.family,
-                _told({name: one.margins[WINDOW] for name, one in methods.items()}),
+                _judging({name: one.margins[WINDOW] for name, one in methods.items()}),
                 any(_alarmed(one) for name, one in methods.items() if name in ALERTING),
             )
 
 
-def _told(margins: Margins) -> Margins:
+def _judging(margins: Margins) -> Margins:
     """Without the detectors that could not tell."""
     return {name: margin for name, margin in margins.items() if margin > 0.0}
 

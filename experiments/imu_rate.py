@@ -55,8 +55,8 @@ class AnyRate(FlightPhaseEstimator):
 
     def update(self, name: str, sample: Sample) -> PhaseSample | None:
         """Take the next sample."""
-        said = super().update(name, sample)
-        return None if said is None else replace(said, imu_rate_hz=math.inf)
+        output = super().update(name, sample)
+        return None if output is None else replace(output, imu_rate_hz=math.inf)
 
 
 @dataclass
@@ -98,20 +98,20 @@ def _mean(vectors: Sequence[Vector3]) -> Vector3:
 
 def listen(samples: Samples, monitor: Monitor, spoofer: Spoofer | None = None) -> dict[str, Seen]:
     """What the detectors say of samples, as the spoofer reports them."""
-    heard = {name: Seen() for name in DETECTORS}
+    seen = {name: Seen() for name in DETECTORS}
     for source, some in runs_of(samples):
         given = some if spoofer is None else [spoofer.report(one) for one in some]
-        for part, said in monitor.push(source, given):
-            if part not in heard:
+        for part, output in monitor.push(source, given):
+            if part not in seen:
                 continue
-            one = heard[part]
+            one = seen[part]
             one.verdicts += 1
-            if said.state in JUDGED:
+            if output.state in JUDGED:
                 one.judged += 1
-                one.margin = max(one.margin, said.margin)
-            if said.state is State.ALARM and one.alarm_ns is None:
-                one.alarm_ns = said.stamp_ns
-    return heard
+                one.margin = max(one.margin, output.margin)
+            if output.state is State.ALARM and one.alarm_ns is None:
+                one.alarm_ns = output.stamp_ns
+    return seen
 
 
 def drawn(samples: Samples, start_ns: int, name: str) -> list[tuple[int, float]]:

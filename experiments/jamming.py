@@ -68,7 +68,7 @@ DELIVERED_NS = NANOSECONDS // 2
 
 
 @dataclass
-class Heard:
+class Response:
     """What the monitor said: seconds in each state by part, the first alert, and `coast`."""
 
     states: dict[str, dict[str, float]] = field(default_factory=dict)
@@ -80,28 +80,30 @@ class Heard:
     """`smallest_visible` then, m/s²."""
     _last: dict[str, tuple[int, str]] = field(default_factory=dict)
 
-    def take(self, part: str, said: Verdict | FusionResult) -> None:
+    def take(self, part: str, output: Verdict | FusionResult) -> None:
         """Account what a part says."""
-        stamp_ns, state = said.stamp_ns, said.state.value
+        stamp_ns, state = output.stamp_ns, output.state.value
         if part in self._last:
             since_ns, before = self._last[part]
             seconds = min((stamp_ns - since_ns) / NANOSECONDS, LONGEST_VERDICT_S)
             of = self.states.setdefault(part, {})
             of[before] = of.get(before, 0.0) + seconds
         self._last[part] = stamp_ns, state
-        if part == "coast" and self.judged_ns is None and said.state in JUDGED:
-            assert isinstance(said, Verdict)
-            self.judged_ns, self.visible = stamp_ns, said.values["smallest_visible"]
-        if isinstance(said, FusionResult) and said.alert and self.alert_ns is None:
-            self.alert_ns, self.cause = said.alert_since_ns, said.cause
+        if part == "coast" and self.judged_ns is None and output.state in JUDGED:
+            assert isinstance(output, Verdict)
+            self.judged_ns, self.visible = stamp_ns, output.values["smallest_visible"]
+        if isinstance(output, FusionResult) and output.alert and self.alert_ns is None:
+            self.alert_ns, self.cause = output.alert_since_ns, output.cause
 
 
-def listen(samples: Samples, monitor: Monitor, change: Change, from_ns: int, to_ns: int) -> Heard:
+def listen(
+    samples: Samples, monitor: Monitor, change: Change, from_ns: int, to_ns: int
+) -> Response:
     """Feed changed samples with stamps up to a time; hear what is said from a time on.
 
     It ends with an alert.
     """
-    heard = Heard()
+    response = Response()
 
     def given() -> Iterator[tuple[str, Sample]]:
         for name, sample in samples:
@@ -111,12 +113,12 @@ def listen(samples: Samples, monitor: Monitor, change: Change, from_ns: int, to_
             if changed is not None:
                 yield name, changed
 
-    for part, said in outputs_of(given(), monitor):
-        if part in WATCHED and said.stamp_ns >= from_ns:
-            heard.take(part, said)
-            if heard.alert_ns is not None:
+    for part, output in outputs_of(given(), monitor):
+        if part in WATCHED and output.stamp_ns >= from_ns:
+            response.take(part, output)
+            if response.alert_ns is not None:
                 break
-    return heard
+    return response
 
 
 @dataclass
@@ -200,10 +202,10 @@ class _Clean:
         source, run = self._run
         if not run:
             return
-        for part, said in self._monitor.push(source, run):
+        for part, output in self._monitor.push(source, run):
             if part == "coast":
-                self.judging = said.state in JUDGED
-            elif part == "fusion" and said.alert:
+                self.judging = output.state in JUDGED
+            elif part == "fusion" and output.alert:
                 self.alerted = True
         self._run = source, []
 
@@ -237,13 +239,13 @@ def trials(
     """Run every jamming and what follows on it."""
     onset_s = (place.stamp_ns - start_ns) / NANOSECONDS
     for length, (index, before, recent) in place.forks.items():
-        said = any(one.accuracy_m is not None for one in recent if isinstance(one, FixSample))
-        for jamming in (LOST, DEGRADED) if length and said else (LOST,):
+        claims = any(one.accuracy_m is not None for one in recent if isinstance(one, FixSample))
+        for jamming in (LOST, DEGRADED) if length and claims else (LOST,):
             monitor = copy.deepcopy(before)
             seed = zlib.crc32(f"{flight} {onset_s}".encode())
             change: Change = lost if jamming == LOST else Degraded(seed, place.stamp_ns)
             jammed_ns = place.stamp_ns - length * NANOSECONDS
-            heard = listen(samples[index:], monitor, change, jammed_ns, place.stamp_ns)
+            response = listen(samples[index:], monitor, change, jammed_ns, place.stamp_ns)
             at = next(
                 k for k in range(index, len(samples)) if samples[k][1].stamp_ns >= place.stamp_ns
             )
@@ -253,10 +255,10 @@ def trials(
             for kind in KINDS[:-1] if jamming == LOST else KINDS[-1:]:
                 if kind == "back" and not length:
                     continue
-                outcome = Outcome(flight, kind, length, onset_s, jam_states=heard.states)
-                if heard.alert_ns is not None:
-                    seconds = (heard.alert_ns - jammed_ns) / NANOSECONDS
-                    yield replace(outcome, jam_alert_s=seconds, cause=heard.cause)
+                outcome = Outcome(flight, kind, length, onset_s, jam_states=response.states)
+                if response.alert_ns is not None:
+                    seconds = (response.alert_ns - jammed_ns) / NANOSECONDS
+                    yield replace(outcome, jam_alert_s=seconds, cause=response.cause)
                     continue
                 one = CarryOff(
                     place.stamp_ns,
@@ -282,17 +284,17 @@ def _followed(
             separations.append((sample.stamp_ns, carried.separation_m))
         return changed
 
-    heard = listen(samples, monitor, change, 0, end_ns + DELIVERED_NS)
-    found = replace(outcome, states=heard.states, cause=heard.cause)
-    if heard.judged_ns is not None:
-        seconds = max(0.0, (heard.judged_ns - one.stamp_ns) / NANOSECONDS)
-        found = replace(found, judged_s=seconds, visible=heard.visible)
-    if heard.alert_ns is None or heard.alert_ns > end_ns:
+    response = listen(samples, monitor, change, 0, end_ns + DELIVERED_NS)
+    found = replace(outcome, states=response.states, cause=response.cause)
+    if response.judged_ns is not None:
+        seconds = max(0.0, (response.judged_ns - one.stamp_ns) / NANOSECONDS)
+        found = replace(found, judged_s=seconds, visible=response.visible)
+    if response.alert_ns is None or response.alert_ns > end_ns:
         return replace(found, cause="")
-    seconds = (heard.alert_ns - one.stamp_ns) / NANOSECONDS
+    seconds = (response.alert_ns - one.stamp_ns) / NANOSECONDS
     if seconds < 0.0:  # said of the jamming, and delivered after it
         return replace(found, jam_alert_s=outcome.length_s + seconds)
-    off = max((m for ns, m in separations if ns <= heard.alert_ns), default=0.0)
+    off = max((m for ns, m in separations if ns <= response.alert_ns), default=0.0)
     return replace(found, alert_s=seconds, separation_m=off)
 
 
@@ -383,15 +385,15 @@ def states(outcomes: Sequence[Outcome]) -> Iterator[str]:
             for part in WATCHED:
                 total: dict[str, float] = defaultdict(float)
                 for one in rows:
-                    said = one.jam_states if when == "jammed" else one.states
-                    for state, seconds in said.get(part, {}).items():
+                    seconds_in = one.jam_states if when == "jammed" else one.states
+                    for state, seconds in seconds_in.get(part, {}).items():
                         total[state] += seconds
                 whole = sum(total.values())
-                said_of = ", ".join(
+                listed = ", ".join(
                     f"{state} {100.0 * total[state] / whole:.0f} %"
                     for state in sorted(total, key=lambda one: -total[one])
                 )
-                yield f"{when}, {kind}, {part}: {said_of}"
+                yield f"{when}, {kind}, {part}: {listed}"
 
 
 @click.command()

@@ -78,7 +78,7 @@ def fly(parameters: MonitorParameters, flight: Flight) -> FlightRow:
         BagError: The flight cannot be read.
     """
     account = Account(DETECTORS, parameters.fusion, 0)
-    done = flight.case.run(parameters, on_sample=account.take, on_output=account.hear)
+    done = flight.case.run(parameters, on_sample=account.take, on_output=account.take_output)
     start_ns, end_ns = done.run.start_ns, max(done.end_ns, account.newest_ns)
     until_ns = None if flight.fails_s is None else start_ns + round(flight.fails_s * NANOSECONDS)
     watched = watch(account, start_ns, end_ns, until_ns, counted=True)
@@ -125,9 +125,9 @@ class Chosen:
 
 def chosen(rows: Rows, detector: str) -> Chosen:
     """Choose the limit of a detector, and without each vehicle in turn."""
-    told = [(row.vehicle, row.margins[detector]) for row in rows if detector in row.margins]
-    largest = _largest(told)
-    within = _largest([one for one in told if one[1] < 1.0])
+    margins = [(row.vehicle, row.margins[detector]) for row in rows if detector in row.margins]
+    largest = _largest(margins)
+    within = _largest([one for one in margins if one[1] < 1.0])
 
     def rule(margins: Sequence[float]) -> float:
         return FACTOR * max(margins, default=math.inf)
@@ -139,9 +139,9 @@ def chosen(rows: Rows, detector: str) -> Chosen:
     return Chosen(largest, within, limits, rule(list(within.values())))
 
 
-def _largest(told: Sequence[tuple[str, float]]) -> dict[str, float]:
+def _largest(margins: Sequence[tuple[str, float]]) -> dict[str, float]:
     found: dict[str, float] = {}
-    for vehicle, margin in told:
+    for vehicle, margin in margins:
         found[vehicle] = max(found.get(vehicle, 0.0), margin)
     return found
 
@@ -238,16 +238,16 @@ def flown(flights: Path) -> list[FlightRow]:
     wanted = [one for one in corpus(flights) if one.case.kind != HIJACKED]
     rows = []
     for count, flight in enumerate(wanted, 1):
-        told = f"{count}/{len(wanted)} {flight.case.name} ({flight.vehicle})"
+        label = f"{count}/{len(wanted)} {flight.case.name} ({flight.vehicle})"
         try:
             row = fly(parameters, flight)
         except BagError as error:
-            print(f"{told}: left out: {error}", file=sys.stderr)
+            print(f"{label}: left out: {error}", file=sys.stderr)
             continue
         rows.append(row)
         margins = " ".join(f"{name} {margin:.2f}" for name, margin in row.margins.items())
         minutes = (time.monotonic() - begun) / 60.0
-        print(f"{told} after {minutes:.1f} min: {margins} {row.alert or ''}", file=sys.stderr)
+        print(f"{label} after {minutes:.1f} min: {margins} {row.alert or ''}", file=sys.stderr)
     return rows
 
 

@@ -161,14 +161,14 @@ def credited(record: FlightRecord) -> FlightRecord:
     chance = {one.onset_s: one.methods for one in record.attacks if one.family == CLEAN}
     attacks = []
     for one in record.attacks:
-        said = dict(one.methods)
+        methods = dict(one.methods)
         for name, clean in chance.get(one.onset_s, {}).items():
-            alarm_s, by_chance_s = said[name].alarm_s, clean.alarm_s
+            alarm_s, by_chance_s = methods[name].alarm_s, clean.alarm_s
             late = None not in (alarm_s, by_chance_s) and alarm_s >= by_chance_s
             if late and one.family != CLEAN:
                 nothing = {"alarm_s": None, "separation_m": None}
-                said[name] = said[name].model_copy(update=nothing)
-        attacks.append(one.model_copy(update={"methods": said}))
+                methods[name] = methods[name].model_copy(update=nothing)
+        attacks.append(one.model_copy(update={"methods": methods}))
     return record.model_copy(update={"attacks": attacks})
 
 

@@ -42,14 +42,14 @@ def attacks(records: Records, families: Iterable[str] = ()) -> list[AttackRecord
 
 def counted(found: Iterable[AttackRecord], method: str) -> list[MethodRecord]:
     """What a method said of the attacks that count for it."""
-    said = [one.methods[method] for one in found if method in one.methods]
-    return [one for one in said if one.before_s is None]
+    records = [one.methods[method] for one in found if method in one.methods]
+    return [one for one in records if one.before_s is None]
 
 
 def detected(found: Iterable[AttackRecord], method: str) -> Proportion:
     """Attacks that a method found."""
-    said = counted(found, method)
-    return Proportion.of(sum(one.alarm_s is not None for one in said), len(said))
+    records = counted(found, method)
+    return Proportion.of(sum(one.alarm_s is not None for one in records), len(records))
 
 
 def clean_minutes(records: Records, method: str) -> list[float]:
@@ -107,7 +107,7 @@ def each(records: Records) -> TextTable:
     """When each method alarmed on each attacked flight, and the largest margin."""
     names = methods(records)
     rows = [
-        (record.name, half, one.family, one.size, *(_said(one.methods[name]) for name in names))
+        (record.name, half, one.family, one.size, *(_outcome(one.methods[name]) for name in names))
         for half, own in _halves(records).items()
         for record in own
         for one in record.attacks
@@ -203,7 +203,7 @@ def misses(records: Records) -> TextTable:
         for name, _ in missed:
             flights[name] = flights.get(name, 0) + 1
         many = f"{len(flights)} flights"
-        told = ", ".join(f"{name} {count}" for name, count in flights.items())
+        counts = ", ".join(f"{name} {count}" for name, count in flights.items())
         best = [_closest(one) for _, one in missed]
         low, high = min(best), max(best)
         rows.append(
@@ -211,7 +211,7 @@ def misses(records: Records) -> TextTable:
                 family,
                 size,
                 f"{len(missed)}/{len(group)}",
-                told if len(flights) <= 8 else many,
+                counts if len(flights) <= 8 else many,
                 f"{low[0]:.2f} ({low[1]}) to {high[0]:.2f} ({high[1]})",
             )
         )
@@ -252,18 +252,18 @@ def _halves(records: Records) -> dict[str, list[FlightRecord]]:
 
 def _cell(found: Sequence[AttackRecord], method: str) -> str:
     """Found of how many with the interval; median seconds and metres."""
-    said = counted(found, method)
-    if not said:
+    records = counted(found, method)
+    if not records:
         return NONE
-    times = Spread.of([one.alarm_s for one in said if one.alarm_s is not None])
-    metres = Spread.of([one.separation_m for one in said if one.separation_m is not None])
+    times = Spread.of([one.alarm_s for one in records if one.alarm_s is not None])
+    metres = Spread.of([one.separation_m for one in records if one.separation_m is not None])
     text = proportion(detected(found, method))
     if times is not None:
         text += f"\n{times.median:.1f} s"
     return text if metres is None else f"{text}, {metres.median:.0f} m"
 
 
-def _said(one: MethodRecord) -> str:
+def _outcome(one: MethodRecord) -> str:
     margin = f"({one.margins[-1]:.2f})"
     if one.before_s is not None:
         return f"early {margin}"
@@ -284,5 +284,5 @@ def _false(records: Records, names: Sequence[str]) -> list[str]:
 
 def _closest(one: AttackRecord) -> tuple[float, str]:
     """The largest margin of any detector, and whose it was."""
-    said = [(method.margins[-1], name) for name, method in one.methods.items() if name != FUSED]
-    return max(said, default=(0.0, NONE))
+    records = [(method.margins[-1], name) for name, method in one.methods.items() if name != FUSED]
+    return max(records, default=(0.0, NONE))

@@ -61,10 +61,10 @@ class Chain:
     def push(self, name: str, sample: Sample) -> Verdict | None:
         """Take the next sample; return what `coast` says."""
         phase = self._phase.update(name, sample) if name in self._phase.inputs else None
-        said = self._coast.update(name, sample) if name in self._coast.inputs else None  # type: ignore[arg-type]
+        verdict = self._coast.update(name, sample) if name in self._coast.inputs else None  # type: ignore[arg-type]
         if phase is not None:
             self._coast.update("phase", phase)
-        return said
+        return verdict
 
 
 @dataclass
@@ -83,18 +83,18 @@ def onsets(samples: Samples, every_s: float, name: str) -> list[Onset]:
     """Onsets about every `every_s` while `coast` judges; the name seeds their drawing."""
     rng = np.random.default_rng(zlib.crc32(name.encode()))
     chain, found, next_ns = Chain(), list[Onset](), 0.0
-    said: Verdict | None = None
+    verdict: Verdict | None = None
     before: dict[str, Sample] = {}
     for index, (source, sample) in enumerate(samples):
-        judging = said is not None and said.state in (State.NORMAL, State.SUSPICIOUS)
+        judging = verdict is not None and verdict.state in (State.NORMAL, State.SUSPICIOUS)
         if source == "fix" and judging and sample.stamp_ns >= next_ns:
-            assert said is not None
-            visible, bearing = said.values["smallest_visible"], float(rng.uniform(0.0, 360.0))
+            assert verdict is not None
+            visible, bearing = verdict.values["smallest_visible"], float(rng.uniform(0.0, 360.0))
             found.append(
                 Onset(index, sample.stamp_ns, visible, bearing, copy.deepcopy(chain), dict(before))
             )
             next_ns = sample.stamp_ns + 1e9 * every_s * float(rng.uniform(0.8, 1.2))
-        said = chain.push(source, sample) or said
+        verdict = chain.push(source, sample) or verdict
         before[source] = sample
     return found
 
@@ -112,8 +112,8 @@ def seen(samples: Samples, start_ns: int, onset: Onset, acceleration: float) -> 
     for name, sample in samples[onset.index :]:
         if sample.stamp_ns - onset.stamp_ns > 1e9 * reach_s:
             return False
-        said = chain.push(name, spoofer.report(sample))
-        if said is not None and said.state is State.ALARM:
+        verdict = chain.push(name, spoofer.report(sample))
+        if verdict is not None and verdict.state is State.ALARM:
             return True
     return None
 

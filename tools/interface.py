@@ -18,7 +18,7 @@ import click
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-from hijack_detect.cli.parameter_files import BESIDE
+from hijack_detect.cli.parameter_files import OTHER_NODES
 from hijack_detect.monitor.parts import GENERIC_NODE, PARTS
 from hijack_detect.nodes import COMPOSED, NODES, entry_point
 from hijack_detect.nodes.all import CompositionParameters
@@ -85,12 +85,12 @@ def look(observer: Node, node: str) -> Rows:
 
 def quality(profile: QoSProfile) -> str:
     """Reliability, durability and deadline, as they matter to the other side."""
-    said = ["reliable" if profile.reliability is ReliabilityPolicy.RELIABLE else "best effort"]
+    words = ["reliable" if profile.reliability is ReliabilityPolicy.RELIABLE else "best effort"]
     if profile.durability is DurabilityPolicy.TRANSIENT_LOCAL:
-        said.append("transient local")
+        words.append("transient local")
     if 0 < profile.deadline.nanoseconds < 10**12:
-        said.append(f"deadline {profile.deadline.nanoseconds / 1e9:g} s")
-    return ", ".join(said)
+        words.append(f"deadline {profile.deadline.nanoseconds / 1e9:g} s")
+    return ", ".join(words)
 
 
 def short(kinds: Sequence[str]) -> str:
@@ -100,7 +100,7 @@ def short(kinds: Sequence[str]) -> str:
 
 def parameters_of(node: str) -> type[Parameters] | None:
     """The parameter set of a node, None if it has none of its own."""
-    known = {"bag_replay": ReplayParameters, COMPOSED: CompositionParameters, **BESIDE}
+    known = {"bag_replay": ReplayParameters, COMPOSED: CompositionParameters, **OTHER_NODES}
     return {**known, **{part.node: part.parameters for part in PARTS}}.get(node)
 
 

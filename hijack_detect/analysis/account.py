@@ -272,7 +272,7 @@ class Watched:
     """
 
     in_air: Times
-    told: dict[str, Times]
+    judged: dict[str, Times]
     alertable: Times
     carry_off: Times
     visible: list[tuple[int, int, float]]
@@ -282,7 +282,7 @@ class Watched:
         whole = Times([(start_ns, end_ns)])
         return Watched(
             self.in_air & whole,
-            {name: times & whole for name, times in self.told.items()},
+            {name: times & whole for name, times in self.judged.items()},
             self.alertable & whole,
             self.carry_off & whole,
             self.visible,
@@ -346,7 +346,7 @@ class Account:
         """Take a sample that the monitor is given."""
         self.inputs.add(sample)
 
-    def hear(self, part: str, output: Any) -> None:
+    def take_output(self, part: str, output: Any) -> None:
         """Take what a part of the monitor puts out."""
         own, output = output, self._placed(output)
         if part == FUSION:
@@ -370,9 +370,9 @@ class Account:
                 self.peaks[part] = output
             if part == CoastDetector.NAME:
                 self.late.add(output)
-                told = output.state in JUDGED and VISIBLE in output.values
+                judged = output.state in JUDGED and VISIBLE in output.values
                 self._visible_ns.append(output.stamp_ns)
-                self._visible.append(output.values[VISIBLE] if told else float("inf"))
+                self._visible.append(output.values[VISIBLE] if judged else float("inf"))
 
     def _placed(self, output: Any) -> Any:
         return output if self._clock is None else self._clock.placed(output)
@@ -404,7 +404,7 @@ class Account:
         self.poor.finish(end_ns)
         self.late.finish(end_ns)
         spans = {name: one.finish(end_ns) for name, one in self._spans.items()}
-        told = {
+        judged = {
             name: Times((one.start_ns, one.end_ns) for one in own if one.state in JUDGED)
             for name, own in spans.items()
             if name != MONITOR
@@ -416,9 +416,9 @@ class Account:
         }
         return spans, Watched(
             in_air=Times(self._air),
-            told=told,
-            alertable=union(told, {name for name, one in asked.items() if one.may_alert}),
-            carry_off=union(told, {name for name, one in asked.items() if one.sees_carry_off}),
+            judged=judged,
+            alertable=union(judged, {name for name, one in asked.items() if one.may_alert}),
+            carry_off=union(judged, {name for name, one in asked.items() if one.sees_carry_off}),
             visible=list(self._visible_spans(end_ns)) if CoastDetector.NAME in asked else [],
         )
 
@@ -439,6 +439,6 @@ class Account:
         return self._alarms.finish(end_ns)
 
 
-def union(told: Mapping[str, Times], names: Set[str]) -> Times:
+def union(judged: Mapping[str, Times], names: Set[str]) -> Times:
     """The times in which at least one of the named detectors could tell."""
-    return Times(one for name in sorted(names & told.keys()) for one in told[name].intervals)
+    return Times(one for name in sorted(names & judged.keys()) for one in judged[name].intervals)

@@ -65,11 +65,11 @@ class Times:
         return round(sum(end - start for start, end in self.intervals) / NANOSECONDS, 6)
 
 
-UNSAID = "no verdict yet"
+NO_VERDICT = "no verdict yet"
 """Reason of the time before the first verdict."""
 
 
-class Said(Protocol):
+class VerdictLike(Protocol):
     """A verdict of a detector, or a result of the fusion."""
 
     @property
@@ -120,14 +120,14 @@ class StateSpans:
         """
         self._stale_ns = stale_ns
         self._closed: list[Span] = []
-        self._last = Span(State.NOT_READY, start_ns, sys.maxsize, UNSAID)
+        self._last = Span(State.NOT_READY, start_ns, sys.maxsize, NO_VERDICT)
         """What holds since the last verdict, until it would go stale."""
 
-    def add(self, said: Said) -> None:
+    def add(self, verdict: VerdictLike) -> None:
         """Take the next verdict, in order of stamp; one of before the last holds from that on."""
-        stamp_ns = max(said.stamp_ns, self._last.start_ns)  # a clock may be set back a little
+        stamp_ns = max(verdict.stamp_ns, self._last.start_ns)  # a clock may be set back a little
         self._close(stamp_ns)
-        self._last = Span(said.state, stamp_ns, stamp_ns + self._stale_ns, said.reason)
+        self._last = Span(verdict.state, stamp_ns, stamp_ns + self._stale_ns, verdict.reason)
 
     def finish(self, end_ns: int) -> list[Span]:
         """All spans of the flight, which ends here, nanoseconds."""

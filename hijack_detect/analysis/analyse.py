@@ -191,7 +191,7 @@ def analyse(
 
     samples = spoofed_samples(reader, scenario, flight, truth=truth)
     for part, output in outputs_of(samples, monitor, on_sample=take):
-        account.hear(part, output)
+        account.take_output(part, output)
         if on_output is not None:
             on_output(part, clock.placed(output))
 
@@ -224,7 +224,7 @@ def analyse(
             name: _detector(
                 account.peaks.get(name),
                 spans[name],
-                (watched.in_air & watched.told[name]).seconds,
+                (watched.in_air & watched.judged[name]).seconds,
                 reader.end_ns,
                 seconds,
             )

@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 
 from hijack_detect.analysis.account import Account, Complaint, Watched
-from hijack_detect.analysis.alarms import UNSAID, Span, Times
+from hijack_detect.analysis.alarms import NO_VERDICT, Span, Times
 from hijack_detect.analysis.analysis import Visible
 from hijack_detect.detectors.verdict import JUDGED
 from hijack_detect.estimation.clock_rate import clock_words
@@ -46,10 +46,10 @@ def visible(watched: Watched) -> Visible | None:
         (least, (watched.in_air & Times([(start, end)])).seconds)
         for start, end, least in watched.visible
     )
-    told = list(itertools.accumulate(seconds for _, seconds in weighed))
-    if not told or told[-1] <= 0.0:
+    seconds_up_to = list(itertools.accumulate(seconds for _, seconds in weighed))
+    if not seconds_up_to or seconds_up_to[-1] <= 0.0:
         return None
-    least = weighed[bisect.bisect_left(told, MOST * told[-1])][0]
+    least = weighed[bisect.bisect_left(seconds_up_to, MOST * seconds_up_to[-1])][0]
     size = max(math.ceil(10.0 * least - 1e-9), 1) / 10.0
     return Visible(acceleration=size, time_s=watched.seen(size).seconds)
 
@@ -76,13 +76,13 @@ def not_judged(account: Account, watched: Watched, spans: Mapping[str, list[Span
         return f"the IMU cannot be used: {_of_it(max(faults, key=lambda one: faults[one]))}"
     seeing = sorted(n for n, one in account.weights.items() if one.sees_carry_off and n in spans)
     reasons = {name: _main_reason(spans[name], watched.in_air) for name in seeing}
-    given = [f"{name}: {why}" for name, why in reasons.items() if why != UNSAID]
-    told = "; ".join(given) or "none gave a verdict"
-    why = f"no detector that could see a carry-off could tell ({told})"
+    given = [f"{name}: {why}" for name, why in reasons.items() if why != NO_VERDICT]
+    causes = "; ".join(given) or "none gave a verdict"
+    why = f"no detector that could see a carry-off could tell ({causes})"
     others = sorted(
         name
-        for name, told in watched.told.items()
-        if name not in seeing and (told & watched.in_air).seconds > LEAST * in_air_s
+        for name, judged in watched.judged.items()
+        if name not in seeing and (judged & watched.in_air).seconds > LEAST * in_air_s
     )
     return f"{why}; only {', '.join(others)} could, and see other attacks" if others else why
 
@@ -103,7 +103,9 @@ def _main_reason(spans: Sequence[Span], in_air: Times) -> str:
             overlap = in_air & Times([(span.start_ns, span.end_ns)])
             if overlap.intervals:
                 lasted[span.reason] += round(overlap.seconds * 1e6)
-    return max(lasted, key=lambda reason: (reason != UNSAID, lasted[reason]), default=UNSAID)
+    return max(
+        lasted, key=lambda reason: (reason != NO_VERDICT, lasted[reason]), default=NO_VERDICT
+    )
 
 
 def sensor_notes(account: Account, duration_s: float) -> Iterator[str]:

@@ -152,14 +152,14 @@ def _analysed(
             if isinstance(sample, FixSample):
                 done_s((sample.stamp_ns - reader.start_ns) / NANOSECONDS)
 
-        hear = None if recorder is None else recorder.hear
+        take_output = None if recorder is None else recorder.take_output
         done = analyse(
             reader,
             parameters,
             attack,
             imported=notes,
             on_sample=take,
-            on_output=hear,
+            on_output=take_output,
         )
     if report is not None and recorder is not None:
         from hijack_detect.analysis.report.page import write_page  # noqa: PLC0415

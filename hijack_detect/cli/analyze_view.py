@@ -39,8 +39,8 @@ def summary(analysis: Analysis) -> None:
     table.add_column("detector")
     for column in ("could tell", "alarms", "first alarm", "largest margin", "at"):
         table.add_column(column, justify="right")
-    for name, said in analysis.detectors.items():
-        table.add_row(name, *_cells(said, analysis.in_air_s))
+    for name, one in analysis.detectors.items():
+        table.add_row(name, *_cells(one, analysis.in_air_s))
     console.print(table)
     lasted = f"{duration(analysis.duration_s)}, {duration(analysis.in_air_s)} in the air"
     bag = f"{analysis.bag}: {lasted}, policy {analysis.policy}"
@@ -50,9 +50,9 @@ def summary(analysis: Analysis) -> None:
         console.print(Text(f"{number} messages left out: {reason}", "yellow"))
 
 
-def _cells(said: DetectorAnalysis, in_air_s: float) -> tuple[str, ...]:
-    first = f"{said.alarms[0].start_s:.1f} s" if said.alarms else "–"
-    peak = said.largest_margin
+def _cells(one: DetectorAnalysis, in_air_s: float) -> tuple[str, ...]:
+    first = f"{one.alarms[0].start_s:.1f} s" if one.alarms else "–"
+    peak = one.largest_margin
     margin = ("–", "–") if peak is None else (f"{peak.margin:.2f}", f"{peak.at_s:.1f} s")
-    part = f"{percent(said.told_s, in_air_s):.0f} %" if in_air_s > 0.0 else "–"
-    return part, str(len(said.alarms)), first, *margin
+    part = f"{percent(one.told_s, in_air_s):.0f} %" if in_air_s > 0.0 else "–"
+    return part, str(len(one.alarms)), first, *margin

@@ -14,7 +14,7 @@ from hijack_detect.cli.common import add_own_prefix, share_folder
 from hijack_detect.monitor.parts import DETECTORS
 
 POLICY_NAMES = ("default", "paper")
-BESIDE_NAMES = ("recorder", "gps_spoofer", "mavlink_bridge", "px4_bridge")
+OTHER_NODES = ("recorder", "gps_spoofer", "mavlink_bridge", "px4_bridge")
 ROUTES = ("straight", "curved", "hover", "fixed_yaw", "survey")
 TABLE_NAMES = (
     "alerts",

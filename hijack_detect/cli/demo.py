@@ -117,15 +117,15 @@ def _play(
         wait = " ".join((*MONITOR, listener.get_name()))
         processes.start("bag_replay", [*replay, "-p", f"wait_for:={wait}"])
         with Live(live_view(listener), console=console, refresh_per_second=10) as live:
-            heard, quiet_since = 0, time.monotonic()
+            received, quiet_since = 0, time.monotonic()
             while not pressed and (
                 not listener.finished or time.monotonic() - quiet_since < LAST_WORDS_S
             ):
                 executor.spin_once(timeout_sec=0.1)
                 _check(processes, logs, finished=listener.finished)
                 count = sum(map(len, listener.verdicts.values()))
-                if count != heard:
-                    heard, quiet_since = count, time.monotonic()
+                if count != received:
+                    received, quiet_since = count, time.monotonic()
                 live.update(live_view(listener))
     return listener
 

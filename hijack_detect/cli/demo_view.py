@@ -96,14 +96,14 @@ def _events(listener: Listener, attack: Attack | None) -> Iterator[tuple[int, st
 def _conclusion(listener: Listener, attack: Attack | None, run: OfflineRun) -> Text:
     right = alert_is_right(listener.alert_ns, attack)
     if listener.alert_ns is None:
-        said = "No alert, and no attack." if right else "MISSED: the attack raised no alert."
+        text = "No alert, and no attack." if right else "MISSED: the attack raised no alert."
     elif attack is not None and right:
         late = (listener.alert_ns - attack.onset_ns) / NANOSECONDS
         metres = run.separation_at(listener.alert_ns)
-        said = (
+        text = (
             f"Detected {late:.1f} s after the onset, with the reported position {metres:.1f} m "
             f"from the true one.\nCause: {listener.cause}"
         )
     else:
-        said = f"FALSE ALERT outside the attack.\nCause: {listener.cause}"
-    return Text(said, "bold green" if right else "bold red")
+        text = f"FALSE ALERT outside the attack.\nCause: {listener.cause}"
+    return Text(text, "bold green" if right else "bold red")

@@ -94,7 +94,7 @@ def evaluate(
     from hijack_detect.evaluation.scores.evaluate import evaluate as run  # noqa: PLC0415
 
     with refusing_bad_input():
-        parameters, told = _parameters(policy, params)
+        parameters, chosen = _parameters(policy, params)
         cases = _cases(corpus, protocol, scenario, onsets or ONSETS, scale or 1)
         for folder in (None if json_file is None else json_file.parent, html_folder):
             if folder is not None:  # before the flights run
@@ -104,7 +104,7 @@ def evaluate(
                 cases,
                 parameters,
                 source=_source(corpus, protocol, scale),
-                policy=told,
+                policy=chosen,
                 forging=protocol == BASAN,
                 pool=pool,
                 on_done=done,

@@ -56,11 +56,11 @@ def show_rows(reader: JournalReader, query: Query, most: int) -> None:
 
 
 def _alert(row: Row) -> str:
-    said = f"ALERT by {row['causes']}" if row["alert"] else "no alert"
+    text = f"ALERT by {row['causes']}" if row["alert"] else "no alert"
     lost = f", silent: {row['lost']}" if row["lost"] else ""
     known = row["confidence"] is not None
     confidence = f"confidence {row['confidence']:.2f}" if known else "no confidence"
-    return f"{said}, {row['state']}, {confidence}{lost}"
+    return f"{text}, {row['state']}, {confidence}{lost}"
 
 
 def _snapshot(row: Row) -> str:

@@ -22,13 +22,13 @@ from hijack_detect.recording.parameters import RecorderParameters
 from hijack_detect.spoofing.live import SpooferParameters
 from hijack_detect.yaml_text import plain_data
 
-BESIDE: Mapping[str, type[Parameters]] = {
+OTHER_NODES: Mapping[str, type[Parameters]] = {
     "recorder": RecorderParameters,
     "gps_spoofer": SpooferParameters,
     "mavlink_bridge": BridgeParameters,
     "px4_bridge": Px4BridgeParameters,
 }
-"""Parameters of the nodes beside the monitor. They say nothing of what the monitor decides."""
+"""Parameters of the nodes beside the monitor, which decide nothing."""
 
 HEADER = """\
 # Parameters of hijack_detect, policy `{policy}`. Made by `hijack-detect params --policy {policy}`
@@ -37,7 +37,7 @@ HEADER = """\
 # bounds is refused at start.
 """
 
-BESIDE_HEADER = """\
+OTHER_HEADER = """\
 # Parameters of `{node}`. Made by `hijack-detect params --node {node}` from the
 # declarations in the code: copy it, change values, and give the copy to the node with
 # --params-file. A misspelt key or a value outside its bounds is refused at start.
@@ -67,7 +67,7 @@ def load_parameters(path: Path, own: Sequence[Part] = ()) -> MonitorParameters:
     except (AttributeError, KeyError, TypeError, ValueError) as error:
         raise ParameterError(f"{path}: not a ROS parameter file: {error}") from error
     try:
-        return from_nodes(given, BESIDE, own)
+        return from_nodes(given, OTHER_NODES, own)
     except ParameterError as error:
         raise ParameterError(f"{path}: {error}") from error
 
@@ -98,10 +98,10 @@ def manual(chosen: MonitorParameters, header: str, *, changed_only: bool = False
 
 
 def node_file(node: str) -> str:
-    """The text of the parameter file of a node beside the monitor, one of BESIDE."""
-    values = BESIDE[node]()
+    """The text of the parameter file of a node beside the monitor, one of OTHER_NODES."""
+    values = OTHER_NODES[node]()
     block = _block(node, values, values, changed_only=False)
-    return f"{BESIDE_HEADER.format(node=node)}\n{block}"
+    return f"{OTHER_HEADER.format(node=node)}\n{block}"
 
 
 def _block(node: str, values: Parameters, plain: Parameters, *, changed_only: bool) -> str:

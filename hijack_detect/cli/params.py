@@ -6,12 +6,12 @@ from __future__ import annotations
 import click
 
 from hijack_detect.cli.common import refusing_bad_input
-from hijack_detect.cli.completion import BESIDE_NAMES, POLICY_NAMES
+from hijack_detect.cli.completion import OTHER_NODES, POLICY_NAMES
 
 
 @click.command()
 @click.option("--policy", type=click.Choice(POLICY_NAMES), help="Those of the monitor [default].")
-@click.option("--node", type=click.Choice(BESIDE_NAMES), help="Those of another node.")
+@click.option("--node", type=click.Choice(OTHER_NODES), help="Those of another node.")
 @click.option(
     "--detector",
     "detectors",

@@ -95,8 +95,8 @@ def _sweep(
             click.echo(f"{flight.name}: {flight.reason}", err=True)
         raise click.exceptions.Exit(EXIT_BAD_INPUT)
     _write(out, what, csv_text(SWEEPS[what], curves))
-    told = source if isinstance(source, str) else source.resolve().name
-    title = f"{told}, policy {policy}: correctness against {what}"
+    name = source if isinstance(source, str) else source.resolve().name
+    title = f"{name}, policy {policy}: correctness against {what}"
     draw_curves(out / f"{what}.png", SWEEPS[what], curves, title)
     return failed
 

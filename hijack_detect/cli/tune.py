@@ -63,7 +63,7 @@ def tune(
     to see what the thresholds cost in detection, as are the scenarios, which are injected into
     the clean flights. Flights that cannot be read are told on stderr and left out.
     """
-    from hijack_detect.cli.tune_view import told, written  # noqa: PLC0415  slow to load
+    from hijack_detect.cli.tune_view import print_tuning, written  # noqa: PLC0415  slow to load
     from hijack_detect.evaluation.trials.corpus import corpus_cases  # noqa: PLC0415
     from hijack_detect.evaluation.tuning.tuning import tune as run  # noqa: PLC0415
     from hijack_detect.monitor.policies import policy_parameters  # noqa: PLC0415
@@ -93,5 +93,5 @@ def tune(
         out.write_text(written(tuning, policy, per_hour), encoding="utf-8")
     except OSError as error:
         raise BadInput(f"{out}: cannot be written: {error.strerror}") from error
-    told(tuning, per_hour)
+    print_tuning(tuning, per_hour)
     click.echo(f"written to {out}")

@@ -52,7 +52,7 @@ def written(tuning: Tuning, policy: str, per_hour: float) -> str:
     return manual(tuning.parameters, f"{comment}\n", changed_only=True)
 
 
-def told(tuning: Tuning, per_hour: float) -> None:
+def print_tuning(tuning: Tuning, per_hour: float) -> None:
     """Print what was chosen, why, and what it costs."""
     console = Console(highlight=False, markup=False)
     console.print(f"{len(tuning.surveys)} clean flights. {proof(tuning.hours, per_hour)}")

@@ -47,7 +47,7 @@ def report(bag: Path, folder: Path, scenario: Scenario | None = None) -> tuple[P
             policy_parameters("default"),
             scenario,
             on_sample=recorder.take,
-            on_output=recorder.hear,
+            on_output=recorder.take_output,
         )
         recorded = recording(reader, recorder, injected=scenario is not None)
     return write_page(folder, done, recorded), done

@@ -41,9 +41,9 @@ def account(verdicts: Iterable[Verdict], phases: Iterable[Phase] = FLOWN) -> Acc
         found.take(ImuSample(stamp, (0.0, 0.0, 0.0), (0.0, 0.0, 9.8)))
         found.take(FixSample(stamp, 48.0, 11.0, 500.0))
     for second, phase in enumerate(phases):
-        found.hear("phase", PhaseSample(second * SECOND, phase, 0, "as told"))
+        found.take_output("phase", PhaseSample(second * SECOND, phase, 0, "as told"))
     for one in verdicts:
-        found.hear(one.detector, one)
+        found.take_output(one.detector, one)
     return found
 
 
@@ -208,7 +208,9 @@ def test_a_slow_imu_is_named_by_its_rate_and_not_by_what_follows_from_it() -> No
     found = account([])
     for second in range(50, 100):
         light = "the mean specific force in flight is 6.4 m/s²"
-        found.hear("phase", PhaseSample(second * SECOND, Phase.FLYING, 0, "as told", 10.0, light))
+        found.take_output(
+            "phase", PhaseSample(second * SECOND, Phase.FLYING, 0, "as told", 10.0, light)
+        )
     spans, watched = found.finish(100 * SECOND)
     assert not_judged(found, watched, spans) == (
         "the IMU cannot be used: it arrives at 10 Hz, 22 Hz are needed"

@@ -20,7 +20,7 @@ from hijack_detect.bags.topics import OWN_TOPICS
 from hijack_detect.cli import completion
 from hijack_detect.cli.completion import SHELLS
 from hijack_detect.cli.main import COMMANDS, main
-from hijack_detect.cli.parameter_files import BESIDE
+from hijack_detect.cli.parameter_files import OTHER_NODES
 from hijack_detect.monitor.policies import POLICIES
 from hijack_detect.recording.schema import TABLES
 from hijack_detect.simulation.plan import ROUTES
@@ -77,7 +77,7 @@ def test_offers_come_soon() -> None:
 
 def test_names_are_those_that_there_are() -> None:
     assert tuple(POLICIES) == completion.POLICY_NAMES
-    assert tuple(BESIDE) == completion.BESIDE_NAMES
+    assert tuple(OTHER_NODES) == completion.OTHER_NODES
     assert set(completion.TABLE_NAMES) == set(TABLES)
     assert completion.ROUTES == ROUTES
     assert set(completion.OPTIONAL_INPUTS) == set(OWN_TOPICS) - {"imu", "fix"}

@@ -12,7 +12,7 @@ import yaml
 from ros import ROOT
 
 from hijack_detect.cli.parameter_files import (
-    BESIDE,
+    OTHER_NODES,
     WIDTH,
     load_parameters,
     node_file,
@@ -32,7 +32,7 @@ def test_the_committed_file_is_the_generated_one(policy: str) -> None:
     assert committed == parameter_file(policy), f"run: hijack-detect params --policy {policy}"
 
 
-@pytest.mark.parametrize("node", BESIDE)
+@pytest.mark.parametrize("node", OTHER_NODES)
 def test_nodes_beside_the_monitor_have_files_too(node: str, tmp_path: Path) -> None:
     file = CONFIG / f"{node}.yaml"
     assert file.read_text(encoding="utf-8") == node_file(node), (

@@ -114,7 +114,7 @@ class Trace:
 
     def add(self, verdict: Verdict) -> None:
         """Take the next verdict; where it could not tell, its numbers are NaN."""
-        told = verdict.state in JUDGED
+        judged = verdict.state in JUDGED
         numbers = {
             **verdict.values,
             MARGIN: verdict.margin,
@@ -124,7 +124,7 @@ class Trace:
         for name in numbers.keys() - self._columns.keys():
             self._columns[name] = array("f", [math.nan]) * len(self._stamps)
         for name, column in self._columns.items():
-            column.append(numbers.get(name, math.nan) if told else math.nan)
+            column.append(numbers.get(name, math.nan) if judged else math.nan)
         self._stamps.append(verdict.stamp_ns)
 
     def curve(self, name: str, start_ns: int) -> Curve:

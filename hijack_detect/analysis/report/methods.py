@@ -30,7 +30,7 @@ from hijack_detect.detectors.kld_values import NAMES, KldParameters
 
 def margins_panel(done: Analysed, recorded: Recording) -> Panel:
     """Score over threshold of every detector."""
-    curves = {name: recorded.said(name, MARGIN) for name in done.analysis.detectors}
+    curves = {name: recorded.curve(name, MARGIN) for name in done.analysis.detectors}
     figure, logarithmic = against_thresholds(done, curves, 270)
     title = "Margins: score over threshold" + logarithmic
     note = "Above 1 a detector calls the GPS spoofed. Gaps are times in which it cannot tell."
@@ -43,7 +43,7 @@ def statistics_panel(done: Analysed, recorded: Recording, name: str) -> Panel:
     curves = {}
     for value in NAMES:
         forward, backward = (
-            recorded.said(name, f"{value}.{way}") for way in ("forward", "backward")
+            recorded.curve(name, f"{value}.{way}") for way in ("forward", "backward")
         )
         total = (forward.value + backward.value) / kld.threshold(value)
         curves[value] = Curve(forward.time_s, total)
@@ -73,7 +73,7 @@ def angles_panel(done: Analysed, recorded: Recording, _: str) -> Panel:
 def rho_panel(done: Analysed, recorded: Recording, name: str) -> Panel:
     """Correlation of yaw and course."""
     figure = over_time(done.analysis.duration_s, 220)
-    curve = recorded.said(name, "coefficient")
+    curve = recorded.curve(name, "coefficient")
     add_curve(figure, curve, "ρ", BLUE, "")
     epsilon = done.parameters.of(CorrelationParameters).epsilon
     add_limit(figure, epsilon, "ε: turn together above", below=True)
@@ -86,7 +86,7 @@ def rho_panel(done: Analysed, recorded: Recording, name: str) -> Panel:
 def difference_panel(done: Analysed, recorded: Recording, name: str) -> Panel:
     """Difference of the mean directions, with and without the crab angle."""
     figure = over_time(done.analysis.duration_s)
-    mean, crab = (recorded.said(name, key) for key in ("mean_difference", "crab_angle"))
+    mean, crab = (recorded.curve(name, key) for key in ("mean_difference", "crab_angle"))
     raw = Curve(mean.time_s, np.degrees(mean.value))
     judged = Curve(mean.time_s, (np.degrees(mean.value - crab.value) + 180.0) % 360.0 - 180.0)
     add_curve(figure, raw, "course − yaw", GREY, "°", width=1.2)
@@ -105,7 +105,7 @@ def difference_panel(done: Analysed, recorded: Recording, name: str) -> Panel:
 def acceleration_panel(done: Analysed, recorded: Recording, name: str) -> Panel:
     """Difference of acceleration, GPS minus accelerometer."""
     figure = over_time(done.analysis.duration_s)
-    ax, ay = (recorded.said(name, key) for key in ("delta_ax", "delta_ay"))
+    ax, ay = (recorded.curve(name, key) for key in ("delta_ax", "delta_ay"))
     add_curve(figure, ax, "Δax (forward)", ORANGE, " m/s²", width=1.1)
     add_curve(figure, ay, "Δay (left)", TEAL, " m/s²", width=1.1)
     size = Curve(ax.time_s, np.hypot(ax.value, ay.value))
@@ -133,7 +133,7 @@ CHECKS = (
 def coast_panel(done: Analysed, recorded: Recording, name: str) -> Panel:
     """Offset acceleration of the GPS in its standard deviations, and the limit in force."""
     figure = over_time(done.analysis.duration_s, 220)
-    add_curve(figure, recorded.said(name, SCORE), "offset acceleration", BLUE, " σ")
+    add_curve(figure, recorded.curve(name, SCORE), "offset acceleration", BLUE, " σ")
     add_limit_in_force(figure, recorded, name, " σ")
     figure.update_yaxes(rangemode="tozero")
     note = "Has the GPS accelerated, since any onset, in a way that the IMU did not feel?"
@@ -142,7 +142,7 @@ def coast_panel(done: Analysed, recorded: Recording, name: str) -> Panel:
 
 def checks_panel(done: Analysed, recorded: Recording, name: str) -> Panel:
     """Margin of every check of the GPS against itself."""
-    curves = {check: recorded.said(name, check) for check in CHECKS}
+    curves = {check: recorded.curve(name, check) for check in CHECKS}
     figure, logarithmic = against_thresholds(done, curves, 240)
     title = "GPS against itself: each check over its limit" + logarithmic
     note = (
@@ -153,7 +153,7 @@ def checks_panel(done: Analysed, recorded: Recording, name: str) -> Panel:
 
 def altitude_panel(done: Analysed, recorded: Recording, name: str) -> Panel:
     """Margins of the two checks of the height."""
-    curves = {check: recorded.said(name, f"{check}_margin") for check in ("barometer", "inertial")}
+    curves = {check: recorded.curve(name, f"{check}_margin") for check in ("barometer", "inertial")}
     figure, logarithmic = against_thresholds(done, curves, 220)
     title = "GPS height: difference over its limit" + logarithmic
     note = "Does the height of the GPS agree with barometer and vertical specific force?"
@@ -168,7 +168,7 @@ def heading_panel(done: Analysed, recorded: Recording, name: str) -> Panel:
         ("turned", "estimator has turned away by", ORANGE),
         ("compass_gyro", "compass has turned away from gyro by", TEAL),
     ):
-        curve = recorded.said(name, key)
+        curve = recorded.curve(name, key)
         add_curve(figure, Curve(curve.time_s, np.degrees(curve.value)), words, colour, "°")
     figure.update_yaxes(ticksuffix="°")
     note = "Does the heading that follows the GPS turn away from compass and gyroscope?"
@@ -178,8 +178,8 @@ def heading_panel(done: Analysed, recorded: Recording, name: str) -> Panel:
 def drag_panel(done: Analysed, recorded: Recording, name: str) -> Panel:
     """Change of wind that the GPS needs, and the limit in force."""
     figure = over_time(done.analysis.duration_s, 220)
-    add_curve(figure, recorded.said(name, "wind_speed"), "wind before", GREY, " m/s")
-    add_curve(figure, recorded.said(name, "wind_change"), "change of wind", BLUE, " m/s")
+    add_curve(figure, recorded.curve(name, "wind_speed"), "wind before", GREY, " m/s")
+    add_curve(figure, recorded.curve(name, "wind_change"), "change of wind", BLUE, " m/s")
     add_limit_in_force(figure, recorded, name, " m/s")
     figure.update_yaxes(rangemode="tozero")
     note = "Would the air have to change as no weather does, for the GPS velocity to be true?"

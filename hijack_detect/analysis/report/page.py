@@ -227,9 +227,9 @@ def _panels(done: Analysed, recorded: Recording) -> Iterator[Panel | None]:
 def _shade(panel: Panel, done: Analysed) -> None:
     """Attack and alarms behind the curves, and the alert as a line."""
     add_bands(panel.figure, attack_bands(done), ATTACK_BAND)
-    said = done.analysis.detectors
+    detectors = done.analysis.detectors
     for name in panel.detectors:
-        bands = [(one.start_s, one.end_s) for one in said[name].alarms]
+        bands = [(one.start_s, one.end_s) for one in detectors[name].alarms]
         add_bands(panel.figure, bands, ALARM_BAND)
     for start, _ in alert_bands(done):
         add_alert(panel.figure, start)

@@ -67,7 +67,7 @@ class Recording:
     traces: Mapping[str, Trace]
     start_ns: int
 
-    def said(self, detector: str, name: str) -> Curve:
+    def curve(self, detector: str, name: str) -> Curve:
         """A number of a detector's verdicts, NaN where it could not tell; see `Trace`."""
         trace = self.traces.get(detector, Trace())
         return trace.curve(name, self.start_ns)
@@ -97,7 +97,7 @@ class Recorder:
         elif isinstance(sample, VelocitySample):
             self.speeds.add(sample.stamp_ns, math.hypot(*sample.velocity[:2]))
 
-    def hear(self, part: str, output: Any) -> None:
+    def take_output(self, part: str, output: Any) -> None:
         """Keep the numbers of verdicts, and the yaw at each course: drawn at the rate of fixes."""
         if isinstance(output, Verdict):
             self.traces[part].add(output)
@@ -131,7 +131,7 @@ def recording(reader: BagReader, recorder: Recorder, *, injected: bool) -> Recor
         flown.add(fix.stamp_ns, fix.latitude_deg, fix.longitude_deg, fix.altitude_m)
     time_s, fixes = recorder.fixes.table(start_ns)
     valid, accuracy_m = fixes[:, 3] > 0.0, fixes[:, 4]
-    told = valid & (accuracy_m > 0.0)
+    claimed = valid & (accuracy_m > 0.0)
     true_s, true = flown.table(start_ns)
     origin = (*true, *fixes[valid, :3])[:1]
     yaw, course = recorder.angles.curves(start_ns)
@@ -143,7 +143,7 @@ def recording(reader: BagReader, recorder: Recorder, *, injected: bool) -> Recor
         speed=recorder.speeds.curves(start_ns)[0],
         interval=Curve(time_s[1:], np.diff(time_s)),
         no_fix=time_s[~valid],
-        sigma=Curve(time_s[told], accuracy_m[told]),
+        sigma=Curve(time_s[claimed], accuracy_m[claimed]),
         satellites=recorder.satellites.curves(start_ns)[0],
         traces=dict(recorder.traces),
         start_ns=start_ns,

@@ -198,14 +198,14 @@ def against_thresholds(
 
 def add_limit_in_force(figure: Any, recorded: Recording, detector: str, unit: str) -> None:
     """Draw the threshold of each verdict: it follows noise and weather."""
-    curve = recorded.said(detector, THRESHOLD)
+    curve = recorded.curve(detector, THRESHOLD)
     add_curve(figure, curve, "limit", ALERT, unit, **LIMIT_LINE)
 
 
 def score_panel(done: Analysed, recorded: Recording, name: str) -> Panel:
     """Score of a detector, and the limit in force."""
     figure = over_time(done.analysis.duration_s, 220)
-    add_curve(figure, recorded.said(name, SCORE), "score", BLUE, "")
+    add_curve(figure, recorded.curve(name, SCORE), "score", BLUE, "")
     add_limit_in_force(figure, recorded, name, "")
     figure.update_yaxes(rangemode="tozero")
     note = next(part.question for part in done.parameters.parts if part.name == name)

@@ -111,7 +111,7 @@ def _facts(analysis: Analysis) -> Iterator[tuple[str, str]]:
         yield "time to detect", f"{analysis.time_to_detect_s:.1f} s"
     if analysis.deviation_at_alarm_m is not None:
         yield "deviation at the alert", f"{analysis.deviation_at_alarm_m:.1f} m"
-    peaks = {name: said.largest_margin for name, said in analysis.detectors.items()}
+    peaks = {name: one.largest_margin for name, one in analysis.detectors.items()}
     margins = [(peak.margin, name) for name, peak in peaks.items() if peak is not None]
     if margins:
         yield "largest margin", "{:.2f} ({})".format(*max(margins))
@@ -119,8 +119,8 @@ def _facts(analysis: Analysis) -> Iterator[tuple[str, str]]:
         yield "alarms, each taken back", str(len(analysis.alarms))
     yield "in the air", f"{analysis.in_air_s:.0f} of {analysis.duration_s:.0f} s"
     if analysis.in_air_s > 0.0:
-        told = percent(analysis.judged_s, analysis.in_air_s)
-        yield "could see a carry-off", f"{told:.0f} % of the air time"
+        share = percent(analysis.judged_s, analysis.in_air_s)
+        yield "could see a carry-off", f"{share:.0f} % of the air time"
         for one in analysis.visible_steps:
             if one.acceleration in SHOWN:
                 part = percent(one.time_s, analysis.in_air_s)
@@ -151,11 +151,11 @@ def event_rows(rows: Sequence[Event]) -> Iterator[str]:
 
 def detector_rows(analysis: Analysis) -> Iterator[str]:
     """Share of the air time in which it could tell, of each state, and the largest margin."""
-    for name, said in analysis.detectors.items():
-        whole, peak = sum(said.state_s.values()) or 1.0, said.largest_margin
+    for name, one in analysis.detectors.items():
+        whole, peak = sum(one.state_s.values()) or 1.0, one.largest_margin
         aloft = analysis.in_air_s
-        numbers = [f"{percent(said.told_s, aloft):.0f} %" if aloft > 0.0 else "–"]
-        numbers += [f"{100.0 * said.state_s[state] / whole:.0f} %" for state in State]
+        numbers = [f"{percent(one.told_s, aloft):.0f} %" if aloft > 0.0 else "–"]
+        numbers += [f"{100.0 * one.state_s[state] / whole:.0f} %" for state in State]
         numbers.append("–" if peak is None else f"{peak.margin:.2f}")
         cells = "".join(f'<td class="n">{number}</td>' for number in numbers)
         reason = "" if peak is None else f"{peak.at_s:.1f} s: {peak.reason}"

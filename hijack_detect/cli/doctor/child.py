@@ -34,14 +34,14 @@ class Child:
             ChildError: It gave none in time, or ended with an error.
         """
         try:
-            printed, said = self._process.communicate(timeout=timeout_s)
+            printed, errors = self._process.communicate(timeout=timeout_s)
         except subprocess.TimeoutExpired as error:
             raise ChildError(f"no answer within {timeout_s:g} s") from error
         lines = printed.strip().splitlines()
         try:
             return json.loads(lines[-1])
         except (IndexError, ValueError) as error:
-            last = " ".join(said.strip().splitlines()[-1:])[:SHOWN]
+            last = " ".join(errors.strip().splitlines()[-1:])[:SHOWN]
             raise ChildError(last or f"ended with code {self._process.returncode}") from error
 
     def __enter__(self) -> Child:

@@ -88,13 +88,13 @@ def local_checks() -> dict[str, Check]:
 def talk() -> Iterator[Finding]:
     """Let two processes talk over DDS, with the settings of this one."""
     topic = f"hijack_detect_doctor_{secrets.token_hex(8)}"
-    with Child(PEER, ["say", topic]), Child(PEER, ["hear", topic]) as hearer:
+    with Child(PEER, ["publish", topic]), Child(PEER, ["subscribe", topic]) as subscriber:
         try:
-            late_ms = hearer.answer(TALK_S)
+            late_ms = subscriber.answer(TALK_S)
         except ChildError as error:
             mend = "mend what is wrong above; is multicast or loopback blocked by a firewall?"
-            said = f"two processes do not hear each other: {error}"
-            yield Finding("DDS", Level.FAIL, said, mend)
+            text = f"two processes do not hear each other: {error}"
+            yield Finding("DDS", Level.FAIL, text, mend)
         else:
             yield Finding("DDS", Level.OK, f"two processes talk, {late_ms:.1f} ms a message")
 
@@ -105,8 +105,8 @@ def look(namespace: str, *, mavros: bool) -> Iterator[Finding]:
         try:
             yield from findings(child.answer(LOOK_S))
         except ChildError as error:
-            said = f"cannot be looked at: {error}"
-            yield Finding("graph", Level.FAIL, said, "mend what is wrong above")
+            text = f"cannot be looked at: {error}"
+            yield Finding("graph", Level.FAIL, text, "mend what is wrong above")
 
 
 def _security(environment: Mapping[str, str]) -> Iterator[Finding]:
@@ -116,8 +116,8 @@ def _security(environment: Mapping[str, str]) -> Iterator[Finding]:
     mend = "unset ROS_SECURITY_ENABLE, or see docs/security.md"
     if packages.from_wheels():
         yield Finding("security", Level.FAIL, NOT_BUILT_IN, mend)
-    elif said := unprotected([], environment):
-        yield Finding("security", Level.FAIL, said, mend)
+    elif text := unprotected([], environment):
+        yield Finding("security", Level.FAIL, text, mend)
     else:
         yield Finding("security", Level.OK, "asked for, and there are keys")
 

@@ -20,8 +20,8 @@ LEAST_HZ = {"imu": 45.0, "fix": 0.9, "velocity": 0.9}
 
 
 @dataclass(frozen=True)
-class Heard:
-    """What was heard of an input.
+class Received:
+    """What was received of an input.
 
     Attributes:
         publishers: Names of the nodes that publish it.
@@ -43,34 +43,34 @@ def topics_of(namespace: str, *, mavros: bool) -> dict[str, str]:
 
 
 def inputs(
-    topics: Mapping[str, str], heard: Mapping[str, Heard], others: Mapping[str, Sequence[str]]
+    topics: Mapping[str, str], received: Mapping[str, Received], others: Mapping[str, Sequence[str]]
 ) -> Iterator[Finding]:
     """A line for each input.
 
     Args:
         topics: Topic of each input.
-        heard: What was heard of each.
+        received: What was received of each.
         others: Types of all topics of the graph.
     """
     for name, topic in topics.items():
-        one = heard.get(name, Heard())
+        one = received.get(name, Received())
         if not one.publishers:
-            yield from _silent(name, topic, others, any(of.publishers for of in heard.values()))
+            yield from _silent(name, topic, others, any(of.publishers for of in received.values()))
         elif TYPES[name] not in one.kinds:
-            said = f"has type {', '.join(one.kinds)}, needed is {TYPES[name]}"
+            text = f"has type {', '.join(one.kinds)}, needed is {TYPES[name]}"
             mend = "remap the topic of the right type: -r imu/data_raw:=TOPIC"
-            yield Finding(topic, Level.FAIL, said, mend)
+            yield Finding(topic, Level.FAIL, text, mend)
         elif not one.rate_hz:
-            said = f"{', '.join(one.publishers)} publishes it, and nothing comes"
-            yield Finding(topic, Level.FAIL, said, "is the sensor awake? Is it in another network?")
+            text = f"{', '.join(one.publishers)} publishes it, and nothing comes"
+            yield Finding(topic, Level.FAIL, text, "is the sensor awake? Is it in another network?")
         elif one.rate_hz < LEAST_HZ.get(name, 0.0):
             least = LEAST_HZ[name]
             mend = f"ask the autopilot for more (mavros: set_stream_rate); {least:.0f} Hz at least"
             yield Finding(topic, Level.WARN, f"only {one.rate_hz:.1f} Hz", mend)
         elif len(one.publishers) > 1:
             mend = "one of them may be an attacker's, or of a process that should have ended"
-            said = f"{one.rate_hz:.1f} Hz from {len(one.publishers)}: {', '.join(one.publishers)}"
-            yield Finding(topic, Level.WARN, said, mend)
+            text = f"{one.rate_hz:.1f} Hz from {len(one.publishers)}: {', '.join(one.publishers)}"
+            yield Finding(topic, Level.WARN, text, mend)
         else:
             yield Finding(topic, Level.OK, f"{one.rate_hz:.1f} Hz from {one.publishers[0]}")
 
@@ -84,16 +84,16 @@ def monitors(alerting: Sequence[str], clocked: Sequence[str], *, clock: bool) ->
         clock: Whether somebody publishes /clock.
     """
     if len(alerting) > 1:
-        said = f"{len(alerting)} publish hijack_alert: {', '.join(alerting)}"
+        text = f"{len(alerting)} publish hijack_alert: {', '.join(alerting)}"
         mend = "stop one, or give each vehicle a namespace (uav:=NAME) or a ROS_DOMAIN_ID"
-        yield Finding("monitor", Level.WARN, said, mend)
+        yield Finding("monitor", Level.WARN, text, mend)
     else:
-        said = f"{alerting[0]} publishes hijack_alert" if alerting else "none runs in this domain"
-        yield Finding("monitor", Level.OK if alerting else Level.INFO, said)
+        text = f"{alerting[0]} publishes hijack_alert" if alerting else "none runs in this domain"
+        yield Finding("monitor", Level.OK if alerting else Level.INFO, text)
     if clocked and not clock:
-        said = f"use_sim_time is true of {', '.join(clocked)}, and nobody publishes /clock"
+        text = f"use_sim_time is true of {', '.join(clocked)}, and nobody publishes /clock"
         mend = "ros2 param set NODE use_sim_time false, or start the replay or the simulator"
-        yield Finding("use_sim_time", Level.FAIL, said, mend)
+        yield Finding("use_sim_time", Level.FAIL, text, mend)
 
 
 def _silent(

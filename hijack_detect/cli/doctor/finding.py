@@ -42,5 +42,5 @@ def findings_of(name: str, check: Check) -> Iterator[Finding]:
     try:
         yield from check()
     except Exception as error:
-        said = f"the check broke: {type(error).__name__}: {error}"
-        yield Finding(name, Level.WARN, said, "please report this line")
+        text = f"the check broke: {type(error).__name__}: {error}"
+        yield Finding(name, Level.WARN, text, "please report this line")

@@ -17,7 +17,7 @@ from rclpy.node import Node
 
 from hijack_detect.bags.topics import TYPES
 from hijack_detect.cli.doctor.child import printed
-from hijack_detect.cli.doctor.expectations import Heard, inputs, monitors, topics_of
+from hijack_detect.cli.doctor.expectations import Received, inputs, monitors, topics_of
 from hijack_detect.nodes.messages import message_class
 from hijack_detect.nodes.qos import SENSOR
 
@@ -43,8 +43,8 @@ def main(namespace: str, mavros: bool) -> None:
     begin_s = time.monotonic()
     _spin(node, MEASURED_S)
     passed_s = time.monotonic() - begin_s
-    heard = {
-        name: Heard(_publishers(node, topic), _kinds(node, topic), counts[name] / passed_s)
+    received = {
+        name: Received(_publishers(node, topic), _kinds(node, topic), counts[name] / passed_s)
         for name, topic in topics.items()
     }
     known = node.get_topic_names_and_types()
@@ -52,7 +52,7 @@ def main(namespace: str, mavros: bool) -> None:
     space = topics["imu"].removesuffix(topics_of("", mavros=mavros)["imu"])
     alerting = _publishers(node, f"{space}/{ALERT}")
     found = [
-        *inputs(topics, heard, published),
+        *inputs(topics, received, published),
         *monitors(alerting, _on_simulated_time(node, alerting), clock="/clock" in published),
     ]
     print(printed(found), flush=True)
@@ -83,21 +83,21 @@ def _kinds(node: Node, topic: str) -> list[str]:
 
 def _on_simulated_time(node: Node, names: Sequence[str]) -> list[str]:
     """Those of the nodes that say that use_sim_time is true."""
-    said: dict[str, bool] = {}
+    answers: dict[str, bool] = {}
     clients = {name: node.create_client(GetParameters, f"{name}/get_parameters") for name in names}
     for name, client in clients.items():
         if client.wait_for_service(timeout_sec=ANSWER_S):
             future: Any = client.call_async(GetParameters.Request(names=["use_sim_time"]))
-            future.add_done_callback(partial(_keep, said, name))
+            future.add_done_callback(partial(_keep, answers, name))
     end_s = time.monotonic() + ANSWER_S
-    while len(said) < len(clients) and time.monotonic() < end_s:
+    while len(answers) < len(clients) and time.monotonic() < end_s:
         rclpy.spin_once(node, timeout_sec=0.1)
-    return sorted(name for name, simulated in said.items() if simulated)
+    return sorted(name for name, simulated in answers.items() if simulated)
 
 
-def _keep(said: dict[str, bool], name: str, future: Any) -> None:
+def _keep(answers: dict[str, bool], name: str, future: Any) -> None:
     values = future.result().values
-    said[name] = bool(values and values[0].bool_value)
+    answers[name] = bool(values and values[0].bool_value)
 
 
 if __name__ == "__main__":

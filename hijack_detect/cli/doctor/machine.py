@@ -41,20 +41,20 @@ def clock() -> Iterator[Finding]:
     """Whether the clock can be right, is kept right, and is fine enough."""
     now_s = time.time()
     if now_s < RELEASED_S:
-        said = time.strftime("says %Y-%m-%d, before this program was made", time.gmtime(now_s))
+        text = time.strftime("says %Y-%m-%d, before this program was made", time.gmtime(now_s))
         mend = "sudo timedatectl set-ntp true, or fit a clock with a battery"
-        yield Finding("clock", Level.FAIL, said, mend)
+        yield Finding("clock", Level.FAIL, text, mend)
     resolution_s = time.clock_getres(time.CLOCK_REALTIME)
     if resolution_s > COARSE_S:
-        said = f"its steps are {resolution_s:g} s: stamps of messages are that coarse"
-        yield Finding("clock", Level.WARN, said, "cat /sys/devices/system/clocksource/*/available*")
+        text = f"its steps are {resolution_s:g} s: stamps of messages are that coarse"
+        yield Finding("clock", Level.WARN, text, "cat /sys/devices/system/clocksource/*/available*")
     state = _Timex()
     if ctypes.CDLL(None, use_errno=True).adjtimex(ctypes.byref(state)) < 0:
         yield Finding("clock", Level.INFO, "the kernel does not say whether it is synchronised")
     elif state.status & UNSYNCHRONISED:
-        said = "is not synchronised: stamps of two machines differ, and it may be set in flight"
+        text = "is not synchronised: stamps of two machines differ, and it may be set in flight"
         mend = "sudo timedatectl set-ntp true (or chrony); in a container see to the host"
-        yield Finding("clock", Level.WARN, said, mend)
+        yield Finding("clock", Level.WARN, text, mend)
     else:
         yield Finding("clock", Level.OK, f"synchronised, within {state.maxerror / 1e6:.3f} s")
 
@@ -75,8 +75,8 @@ def processors(governors: Path = GOVERNORS) -> Iterator[Finding]:
         and "pstate" not in _text(file.with_name("scaling_driver"))
     ]
     if saving:
-        said = f"{len(saving)} run at their lowest frequency (governor powersave)"
-        yield Finding("processors", Level.WARN, said, "sudo cpupower frequency-set -g schedutil")
+        text = f"{len(saving)} run at their lowest frequency (governor powersave)"
+        yield Finding("processors", Level.WARN, text, "sudo cpupower frequency-set -g schedutil")
 
 
 def disk(folder: Path) -> Iterator[Finding]:
@@ -89,8 +89,8 @@ def disk(folder: Path) -> Iterator[Finding]:
         mend = "give the recorder another folder: -p folder:=PATH"
         yield Finding("recorder", Level.WARN, f"{place} cannot be written", mend)
     elif free < GIGABYTE:
-        said = f"{free / 1e6:.0f} MB free in {place}, journal and snapshots may take 1000"
-        yield Finding("recorder", Level.WARN, said, "make room, or set journal_max_mb")
+        text = f"{free / 1e6:.0f} MB free in {place}, journal and snapshots may take 1000"
+        yield Finding("recorder", Level.WARN, text, "make room, or set journal_max_mb")
     else:
         yield Finding("recorder", Level.OK, f"{free / GIGABYTE:.0f} GB free in {folder}")
 
@@ -98,8 +98,8 @@ def disk(folder: Path) -> Iterator[Finding]:
 def sockets(limit: Path = BUFFER) -> Iterator[Finding]:
     """Only where the buffer of UDP is smaller than that of any Linux."""
     if limit.is_file() and (size := int(limit.read_text())) < SMALL_BUFFER:
-        said = f"net.core.rmem_max is {size}: bursts of an IMU over UDP may be lost"
-        yield Finding("UDP", Level.WARN, said, f"sudo sysctl -w net.core.rmem_max={SMALL_BUFFER}")
+        text = f"net.core.rmem_max is {size}: bursts of an IMU over UDP may be lost"
+        yield Finding("UDP", Level.WARN, text, f"sudo sysctl -w net.core.rmem_max={SMALL_BUFFER}")
 
 
 def _text(file: Path) -> str:

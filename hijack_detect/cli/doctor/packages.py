@@ -35,19 +35,19 @@ def python() -> Iterator[Finding]:
 def dependencies() -> Iterator[Finding]:
     """Each requirement of the installed package, and each extra as a whole."""
     needed, extras = requirements()
-    wrong = [said for one in needed if (said := _problem(one))]
-    for said in wrong:
-        yield Finding("dependency", Level.FAIL, said, f"pip install '{said.split(':')[0]}'")
+    wrong = [text for one in needed if (text := _problem(one))]
+    for text in wrong:
+        yield Finding("dependency", Level.FAIL, text, f"pip install '{text.split(':')[0]}'")
     if not wrong:
         yield Finding("dependencies", Level.OK, f"all {len(needed)} are installed")
     for extra, of in extras.items():
         if extra == TEST:
             continue
-        missing = [said for one in of if (said := _problem(one))]
+        missing = [text for one in of if (text := _problem(one))]
         if not missing:
             yield Finding(f"extra {extra}", Level.INFO, "installed")
         else:
-            listed = ", ".join(said.split(":")[0] for said in missing)
+            listed = ", ".join(text.split(":")[0] for text in missing)
             mend = f"pip install '.[{extra}]' in the folder of the package"
             yield Finding(f"extra {extra}", Level.INFO, f"not installed: {listed}", mend)
 
@@ -83,13 +83,13 @@ def share(folder: Path, prefixes: str) -> Iterator[Finding]:
         yield Finding("ament index", Level.OK, f"knows {NAME}")
     missing = [name for name in FOLDERS if not any((folder / name).glob("*"))]
     if missing or not (folder / "package.xml").is_file():
-        said = f"{folder}: has no {', '.join(missing) or 'package.xml'}"
-        yield Finding("shared files", Level.FAIL, said, mend)
+        text = f"{folder}: has no {', '.join(missing) or 'package.xml'}"
+        yield Finding("shared files", Level.FAIL, text, mend)
         return
     version = ElementTree.parse(folder / "package.xml").findtext("version")
     if version != __version__:
-        said = f"{folder}: is of version {version}, the code of {__version__}"
-        yield Finding("shared files", Level.FAIL, said, mend)
+        text = f"{folder}: is of version {version}, the code of {__version__}"
+        yield Finding("shared files", Level.FAIL, text, mend)
     else:
         yield Finding("shared files", Level.OK, f"{folder}, version {version}")
 
@@ -110,11 +110,11 @@ def installation(environment: Mapping[str, str]) -> Iterator[Finding]:
         mend = "open a new shell, and source /opt/ros/jazzy/setup.bash or nothing"
         yield Finding("ROS", Level.FAIL, f"ROS_DISTRO is {distro}, needed is jazzy", mend)
     elif others:
-        said = f"AMENT_PREFIX_PATH has another distribution: {', '.join(others)}"
-        yield Finding("ROS", Level.FAIL, said, "open a new shell, and source only jazzy")
+        text = f"AMENT_PREFIX_PATH has another distribution: {', '.join(others)}"
+        yield Finding("ROS", Level.FAIL, text, "open a new shell, and source only jazzy")
     elif wheels and foreign:
-        said = f"two: the wheels of {here}, and {', '.join(map(str, foreign))} in PYTHONPATH"
-        yield Finding("ROS", Level.FAIL, said, "unset PYTHONPATH, or use a shell without ROS")
+        text = f"two: the wheels of {here}, and {', '.join(map(str, foreign))} in PYTHONPATH"
+        yield Finding("ROS", Level.FAIL, text, "unset PYTHONPATH, or use a shell without ROS")
     elif wheels:
         yield Finding("ROS", Level.OK, "jazzy, from wheels")
     elif distro:

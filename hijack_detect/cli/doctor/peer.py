@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""One of the two processes that `doctor` lets talk: `hear TOPIC` or `say TOPIC`."""
+"""One of the two processes that `doctor` lets talk: `publish TOPIC` or `subscribe TOPIC`."""
 
 from __future__ import annotations
 
@@ -24,23 +24,23 @@ LONGEST_S = 30.0
 
 
 def main(role: str, topic: str) -> None:
-    """Say the time again and again, or hear it and print how late it was, in milliseconds."""
+    """Publish the time, or subscribe to it and print its median latency in milliseconds."""
     rclpy.init()
     node = Node(f"hijack_detect_doctor_{role}", enable_rosout=False, start_parameter_services=False)
     late_ms: list[float] = []
-    if role == "say":
+    if role == "publish":
         publisher = node.create_publisher(Int64, topic, INTERNAL)
         node.create_timer(EVERY_S, lambda: publisher.publish(Int64(data=time.monotonic_ns())))
     else:
 
-        def hear(message: Any) -> None:
+        def receive(message: Any) -> None:
             late_ms.append((time.monotonic_ns() - message.data) / 1e6)
 
-        node.create_subscription(Int64, topic, hear, INTERNAL)
+        node.create_subscription(Int64, topic, receive, INTERNAL)
     end_s = time.monotonic() + LONGEST_S
     while rclpy.ok() and len(late_ms) < ENOUGH and time.monotonic() < end_s:
         rclpy.spin_once(node, timeout_sec=0.1)
-    if role == "hear":
+    if role == "subscribe":
         # The first ones may have waited until the other side was discovered.
         print(json.dumps(statistics.median(late_ms) if late_ms else None), flush=True)
     os._exit(0)  # Fast DDS can lock itself up in its farewell

@@ -38,8 +38,8 @@ def domain(environment: Mapping[str, str], ports: Path = PORT_RANGE) -> Iterator
     last = first + 9 + 2 * PROCESSES
     low, high = map(int, ports.read_text().split()) if ports.is_file() else (32768, 60999)
     if first <= high and last >= low:
-        said = f"{number}: its UDP ports {first} to {last} are among those that Linux gives away"
-        yield Finding(what, Level.WARN, f"{said} ({low} to {high})", mend)
+        text = f"{number}: its UDP ports {first} to {last} are among those that Linux gives away"
+        yield Finding(what, Level.WARN, f"{text} ({low} to {high})", mend)
     else:
         yield Finding(what, Level.OK, f"{number}{'' if given else ' (not set)'}")
 
@@ -56,8 +56,8 @@ def discovery(environment: Mapping[str, str]) -> Iterator[Finding]:
     if old:
         ignored = f", and ROS_AUTOMATIC_DISCOVERY_RANGE={reach} is ignored" if reach else ""
         mend = "unset ROS_LOCALHOST_ONLY; export ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST"
-        said = f"ROS_LOCALHOST_ONLY={old} is deprecated{ignored if old == '1' else ''}"
-        yield Finding(what, Level.WARN, said, mend)
+        text = f"ROS_LOCALHOST_ONLY={old} is deprecated{ignored if old == '1' else ''}"
+        yield Finding(what, Level.WARN, text, mend)
     elif reach == "OFF":
         mend = "unset ROS_AUTOMATIC_DISCOVERY_RANGE"
         yield Finding(what, Level.FAIL, "is OFF: no node hears another", mend)
@@ -72,8 +72,8 @@ def profiles(environment: Mapping[str, str]) -> Iterator[Finding]:
         if path and Path(path).is_file():
             yield Finding("Fast DDS profiles", Level.INFO, path)
         elif path:
-            said = f"{variable}={path} is not there, so all is at its default"
-            yield Finding("Fast DDS profiles", Level.WARN, said, f"unset {variable}, or correct it")
+            text = f"{variable}={path} is not there, so all is at its default"
+            yield Finding("Fast DDS profiles", Level.WARN, text, f"unset {variable}, or correct it")
 
 
 def middleware(environment: Mapping[str, str]) -> Iterator[Finding]:

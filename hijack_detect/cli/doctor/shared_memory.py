@@ -79,8 +79,8 @@ def memory(folder: Path = FOLDER) -> Iterator[Finding]:
     found = leftovers(folder)
     if found:
         megabytes = sum(one.size for one in found) / MEGABYTE
-        said = f"{len(found)} leftovers of dead processes take {megabytes:.0f} MB of {folder}"
-        yield Finding("shared memory", Level.WARN, said, "hijack-detect doctor --clean")
+        text = f"{len(found)} leftovers of dead processes take {megabytes:.0f} MB of {folder}"
+        yield Finding("shared memory", Level.WARN, text, "hijack-detect doctor --clean")
     else:
         yield Finding("shared memory", Level.OK, "no leftovers of dead processes")
     if not folder.is_dir():
@@ -90,9 +90,9 @@ def memory(folder: Path = FOLDER) -> Iterator[Finding]:
     state = os.statvfs(folder)
     free = state.f_bavail * state.f_frsize
     if free < LOW_BYTES:
-        said = f"{free / MEGABYTE:.0f} MB free in {folder}, a process takes half of one"
+        text = f"{free / MEGABYTE:.0f} MB free in {folder}, a process takes half of one"
         mend = "hijack-detect doctor --clean, or docker run --shm-size=512m"
-        yield Finding("shared memory", Level.WARN, said, mend)
+        yield Finding("shared memory", Level.WARN, text, mend)
     else:
         yield Finding("shared memory", Level.OK, f"{free / MEGABYTE:.0f} MB free in {folder}")
 

@@ -78,16 +78,18 @@ def forged_table(evaluation: Evaluation) -> TextTable:
             found = [one.forged[name] for one in flights if one.forged and name in one.forged]
             if not found:
                 continue
-            told = PAPER_TABLE_4.get(kind, (NONE, NONE)) if name == "altitude" else (NONE, NONE)
+            published = (
+                PAPER_TABLE_4.get(kind, (NONE, NONE)) if name == "altitude" else (NONE, NONE)
+            )
             unit = UNITS[name][1]
             rows.append(
                 (
                     kind,
                     f"{name}, {unit}" if unit else name,
                     _quantiles([one.likelihood for one in found]),
-                    told[0],
+                    published[0],
                     _quantiles([one.sigma for one in found]),
-                    told[1],
+                    published[1],
                     _quantiles([one.normal_sigma for one in found if one.normal_sigma is not None]),
                 )
             )

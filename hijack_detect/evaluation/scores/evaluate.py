@@ -85,7 +85,7 @@ def run_case(parameters: MonitorParameters, case: Case, *, forging: bool = False
         if forging:
             data.add(sample)
 
-    done = case.run(parameters, on_sample=take, on_output=account.hear, clock=clock)
+    done = case.run(parameters, on_sample=take, on_output=account.take_output, clock=clock)
     attack, start_ns = done.attack, done.run.start_ns
     kind = class_of(case, attack)
 

@@ -161,10 +161,10 @@ def spread(value: Spread | None) -> str:
 
 def outcome_text(outcome: MethodOutcome) -> str:
     """What a method achieved on a flight, and when it alarmed."""
-    told = outcome.judgement.value
+    word = outcome.judgement.value
     if outcome.time_to_detect_s is not None:
-        return f"{told} +{outcome.time_to_detect_s:.1f} s"
-    return told if outcome.first_alarm_s is None else f"{told} at {outcome.first_alarm_s:.1f} s"
+        return f"{word} +{outcome.time_to_detect_s:.1f} s"
+    return word if outcome.first_alarm_s is None else f"{word} at {outcome.first_alarm_s:.1f} s"
 
 
 def _first_alarms(outcomes: Sequence[MethodOutcome]) -> str:

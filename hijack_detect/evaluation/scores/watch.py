@@ -99,7 +99,7 @@ def watch(
         found = [one for one in alerts if clean_until_ns is None or one.start_ns < clean_until_ns]
         return sorted(found, key=lambda one: one.start_ns)
 
-    def told(alerts: Sequence[AlertSpan]) -> tuple[TimedCause, ...]:
+    def causes(alerts: Sequence[AlertSpan]) -> tuple[TimedCause, ...]:
         return tuple(
             TimedCause(at_s=(one.start_ns - start_ns) / 1e9, cause=one.cause) for one in alerts
         )
@@ -113,10 +113,10 @@ def watch(
         in_air_s=clean(watched.in_air).seconds,
         at_risk_s=risk.seconds,
         open_s=(possible - standing).seconds,
-        told_s={name: (risk & times).seconds for name, times in watched.told.items()},
+        told_s={name: (risk & times).seconds for name, times in watched.judged.items()},
         carry_off_s=(risk & watched.carry_off).seconds,
-        first=next(iter(told(alerts)), None),
-        alarms=told(alarms),
+        first=next(iter(causes(alerts)), None),
+        alarms=causes(alarms),
         not_judged=not_judged(account, watched, spans),
         visible=visible(watched),
         poor_receiver=lasting(account.poor),

@@ -132,8 +132,8 @@ class BagCase:
 
     def __repr__(self) -> str:
         """With the whole URL of a bag that is elsewhere, which its path does not tell."""
-        told = (str(self.path), self.name, self.kind, self.scenario, self.label)
-        return f"BagCase({', '.join(map(repr, told))})"
+        fields = (str(self.path), self.name, self.kind, self.scenario, self.label)
+        return f"BagCase({', '.join(map(repr, fields))})"
 
     @contextlib.contextmanager
     def opened(self) -> Iterator[BagReader]:

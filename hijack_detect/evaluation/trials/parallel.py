@@ -94,8 +94,8 @@ class KeptResults(Generic[Result]):
             self.write()
 
     def _key(self, item: Any) -> str:
-        told = f"{__version__} {self._done} {item!r}"
-        return hashlib.sha256(told.encode()).hexdigest()
+        key = f"{__version__} {self._done} {item!r}"
+        return hashlib.sha256(key.encode()).hexdigest()
 
     def write(self) -> None:
         """Write what waits into a file of its own, which is whole or not there."""
@@ -186,14 +186,14 @@ def map_cases(
     Raises:
         ValueError: The scheduler does not answer, or the kept results are of something else.
     """
-    tell = on_done or (lambda done: None)
+    report = on_done or (lambda done: None)
     kept = None
     found: dict[int, Result | Failure] = {}
     if pool.results is not None:
         assert kind is not None, "results of an unknown type cannot be kept"
         kept = KeptResults(pool.results, function, kind)
         found.update(kept.of(items))
-        tell(len(found))
+        report(len(found))
     missing = [index for index in range(len(items)) if index not in found]
     alone = not pool.scheduler and (pool.jobs <= 1 or len(missing) <= 1)
     run = _here if alone else _on_dask
@@ -204,7 +204,7 @@ def map_cases(
             found[index] = result
             if kept is not None and not isinstance(result, Failure):
                 kept.add(items[index], result)
-            tell(len(found))
+            report(len(found))
     return [found[index] for index in range(len(items))]
 
 

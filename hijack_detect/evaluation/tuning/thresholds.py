@@ -119,15 +119,15 @@ def date_alarms(
 def at_threshold(verdicts: Sequence[Verdict], threshold: float, persist_s: float) -> list[Verdict]:
     """What a detector whose score stands on its own would have said at another threshold."""
     persistence = Persistence(persist_s)
-    said = []
+    judged = []
     for verdict in verdicts:
         state = verdict.state
         if state in JUDGED:
             state = persistence.state(verdict.stamp_ns, verdict.score > threshold)
         else:
             persistence.reset()
-        said.append(dataclasses.replace(verdict, state=state, threshold=threshold))
-    return said
+        judged.append(dataclasses.replace(verdict, state=state, threshold=threshold))
+    return judged
 
 
 def _judged_s(verdicts: Sequence[Verdict]) -> float:

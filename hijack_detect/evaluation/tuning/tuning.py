@@ -231,8 +231,8 @@ def tune(
     surveyed = each("lag and noise", look, clean, Survey)
     surveys = [one for _, one in surveyed]
     if not surveys:
-        told = "".join(f"\n{failure.name}: {failure.reason}" for failure in failures)
-        raise ValueError(f"no clean flight to tune on{told}")
+        reasons = "".join(f"\n{failure.name}: {failure.reason}" for failure in failures)
+        raise ValueError(f"no clean flight to tune on{reasons}")
     lags = [one.lag.seconds for one in surveys if one.lag is not None]
     lag_s = middle_half(lags) if lags else None
     interval_s = float(np.median([one.fix_interval_s for one in surveys]))

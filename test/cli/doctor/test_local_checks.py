@@ -20,7 +20,7 @@ from hypothesis import strategies as st
 
 from hijack_detect.cli.common import share_folder
 from hijack_detect.cli.doctor import machine, packages, ros_settings, shared_memory
-from hijack_detect.cli.doctor.expectations import Heard, inputs, monitors, topics_of
+from hijack_detect.cli.doctor.expectations import Received, inputs, monitors, topics_of
 from hijack_detect.cli.doctor.finding import Finding, Level, findings_of
 
 SEGMENT = "fastrtps_0123456789abcdef"
@@ -271,18 +271,18 @@ def test_inputs_that_are_elsewhere_are_pointed_at() -> None:
 def test_inputs_that_are_not_as_they_should_be() -> None:
     topics = {"imu": "/imu/data_raw", "fix": "/gps/fix"}
 
-    def said(imu: Heard, fix: Heard) -> tuple[Finding, Finding]:
+    def said(imu: Received, fix: Received) -> tuple[Finding, Finding]:
         one, other = inputs(topics, {"imu": imu, "fix": fix}, {})
         return one, other
 
-    good = Heard(["/a"], [IMU], 200.0)
-    assert levels(said(good, Heard(["/b"], [FIX], 5.0))) == [Level.OK, Level.OK]
-    assert levels(said(good, Heard())) == [Level.OK, Level.FAIL]
-    assert levels(said(Heard(), Heard())) == [Level.WARN, Level.WARN]
-    slow, wrong = said(Heard(["/a"], [IMU], 20.0), Heard(["/b"], [IMU]))
+    good = Received(["/a"], [IMU], 200.0)
+    assert levels(said(good, Received(["/b"], [FIX], 5.0))) == [Level.OK, Level.OK]
+    assert levels(said(good, Received())) == [Level.OK, Level.FAIL]
+    assert levels(said(Received(), Received())) == [Level.WARN, Level.WARN]
+    slow, wrong = said(Received(["/a"], [IMU], 20.0), Received(["/b"], [IMU]))
     assert (slow.level, slow.text) == (Level.WARN, "only 20.0 Hz")
     assert (wrong.level, "needed is sensor_msgs/msg/NavSatFix" in wrong.text) == (Level.FAIL, True)
-    silent, two = said(Heard(["/a"], [IMU]), Heard(["/b", "/c"], [FIX], 10.0))
+    silent, two = said(Received(["/a"], [IMU]), Received(["/b", "/c"], [FIX], 10.0))
     assert (silent.level, two.level) == (Level.FAIL, Level.WARN)
 
 
