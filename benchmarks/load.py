@@ -27,7 +27,7 @@ NOISE = (0.01, 0.1)
 def load_bag(
     folder: Path, seconds: float, imu_hz: int, gps_hz: int = 10, place: Place | None = None
 ) -> Path:
-    """The bag of a flight so long, at these rates, somewhere; made if it is not there."""
+    """The bag of a flight of this length, at these rates; made if it is not there."""
     path = folder / f"load_{seconds:g}s_{imu_hz}hz_{gps_hz}hz"
     if place is not None:
         where = (place.latitude_deg, place.longitude_deg, place.altitude_m)

@@ -82,7 +82,7 @@ class Sent:
 
 
 def flight(folder: Path, seconds: float, imu_hz: int) -> list[Sent]:
-    """The messages of a flight that is attacked at CLEAN_S, if it is so long."""
+    """The messages of a flight that is attacked at CLEAN_S, if it is that long."""
     with BagReader(load_bag(folder, seconds, imu_hz)) as reader:
         read = read_samples(reader, reader.inputs(), on_rejected=Rejected().add)
         spoofer = Spoofer(parse_scenario(ATTACK), reader.start_ns)
@@ -157,7 +157,7 @@ class Autopilot(Node):
         self.publishers_of[one.name].publish(one.data)
 
     def latencies_s(self) -> list[float]:
-        """Seconds from publishing the fix that an alert is stamped with until it was heard."""
+        """Seconds from publishing the fix that an alert is stamped with until it was received."""
         found = []
         for at_s, stamp_ns in zip(self.alerts, self.alert_stamps, strict=False):
             earlier = [ns for ns in self.fixes if ns <= stamp_ns]

@@ -1,9 +1,9 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """What one step of each estimator and detector costs, and that a longer window does not cost more.
 
-A simulated flight goes through the monitor once, and what each part hears is kept. Then each part
-hears that again alone, every call by the clock. A fix here is all that comes with it: its
-position and velocity, a magnetic reading, and the work that IMU samples have left for it.
+A simulated flight goes through the monitor once, and the inputs of each part are kept. Then each
+part gets them again alone, every call timed. A fix here is all that comes with it: its position
+and velocity, a magnetic reading, and the work that IMU samples have left for it.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ Inputs = list[tuple[str, Any]]
 
 
 def inputs_of_each(folder: Path) -> dict[str, Inputs]:
-    """What each part of the monitor hears on a flight, in order."""
+    """Inputs of each part of the monitor on a flight, in order."""
     monitor = Monitor(policy_parameters("default"))
     inputs: dict[str, Inputs] = {name: [] for name in monitor.stages}
 

@@ -41,7 +41,7 @@ YAW, COURSE, ALARM = "tab:blue", "tab:orange", "tab:red"
 
 @dataclass(frozen=True)
 class Flown:
-    """One flight with what the published detectors say of it."""
+    """One flight with the verdicts of the published detectors."""
 
     case: SimulatedCase
     recorded: Recorded
@@ -94,7 +94,7 @@ def unseen(one: Flown) -> bool:
 
 
 def judged(verdicts: Sequence[Verdict]) -> list[Verdict]:
-    """Verdicts that say something about the GPS."""
+    """Verdicts that judge the GPS."""
     return [verdict for verdict in verdicts if verdict.state in JUDGED]
 
 

@@ -6,7 +6,7 @@
 The attack is config/scenarios/turn_away_track.yaml. Its onsets are the start of the longest
 piece of forward flight and one and two thirds into it, so they depend on no detector; attacks
 that the flight's end would cut off are left out. Prints Markdown for the policy `paper`, and for
-every false alarm of its correlation what the correlation with default parameters says at the
+every false alarm of its correlation the verdict of the correlation with default parameters at the
 same stamp, which is its cause.
 """
 
@@ -108,7 +108,7 @@ def attacks(name: str, reader: BagReader) -> Iterator[tuple[str, float | None]]:
 
 
 def causes(paper: OfflineRun, default: OfflineRun) -> str:
-    """What the default set says where the published correlation starts a false alarm."""
+    """Verdict of the default set where the published correlation starts a false alarm."""
     at = {verdict.stamp_ns: verdict for verdict in default.verdicts["correlation"]}
     begun = [
         at[stamp]

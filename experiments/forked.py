@@ -2,8 +2,8 @@
 """Attacks one recorded flight many times, at the cost of little more than what is attacked.
 
 The monitor runs over the clean flight once. Where an attack begins, it is copied as it is, and
-the copy goes on with the attacked samples, for a minute or to the flight's end. What a copy says
-is what a whole run with the same scenario would have said from there on, to the bit: before the
+the copy goes on with the attacked samples, for a minute or to the flight's end. Outputs of a copy
+equal those of a whole run with the same scenario from there on, to the bit: before the
 first sample that the attack can change, both have seen the same.
 """
 
@@ -61,7 +61,7 @@ def run_forked(
 ) -> Iterator[tuple[A, OfflineRun]]:
     """Run every attack from its onset on.
 
-    A run holds what was said from the sample on with which it began, which is up to the monitor's
+    A run holds the outputs from the sample on with which it began, which is up to the monitor's
     delay before the onset, until a sample beyond the horizon; it ends with the flight. Samples
     are kept for one horizon only, and one run at a time.
 
@@ -70,7 +70,7 @@ def run_forked(
         attacks: The attacks, in any order.
         parameters: Parameters of every part of the monitor.
         horizon_s: How long after its onset an attack is followed, seconds.
-        on_clean: Called with part and output of all that the monitor says of the clean flight.
+        on_clean: Called with part and output of all outputs of the monitor on the clean flight.
             It is up to a horizon ahead of the runs.
 
     Yields:

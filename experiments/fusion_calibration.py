@@ -13,7 +13,7 @@ A margin counts as the largest of 10 s in which the detector could tell: of each
 and of the 10 s after each onset. For each detector ln LR is a straight line in the logarithm of the
 margin, from 0 at the margin that one clean block in two hundred exceeds, to the ratio of the
 exceedances of margin 1. Where no clean block exceeds it, half a block counts: a rarer alarm cannot
-be claimed from so many flights. Families count equally.
+be claimed from this number of flights. Families count equally.
 
 Prints what the ratios of `monitor.parts` would be, fills in the tables `ratios fitted`
 and `ratios shown` of the document, and draws the reliability at even prior odds.
@@ -83,7 +83,7 @@ MOVING, ANY_PHASE = 4, 2
 ATTACKED = frozenset({"flight", "unlabelled"})
 """Classes of clean flights that are attacked."""
 UNUSED = frozenset({"ground", "low_imu_rate", "sitl", "import"})
-"""Classes in which nobody could tell of a carry-off: their clean time proves nothing."""
+"""Classes in which no detector could see a carry-off: their clean time proves nothing."""
 NATIVE = frozenset(
     {
         "dronekit_la__log171",
@@ -137,12 +137,12 @@ class Piece:
         return not self.alerts(ratios) and self.claim(ratios) >= FUSION.warn_probability
 
     def claim(self, ratios: Ratios) -> float:
-        """What `hijack_confidence` says."""
+        """The value of `hijack_confidence`."""
         return probability(self.log_odds(ratios, FUSION.prior))
 
 
 def pieces(one: FlightRecord, fails_s: float | None) -> Iterator[Piece]:
-    """What a flight has to say, until its receiver really failed."""
+    """Evidence of a flight, until its receiver really failed."""
     blocks = {name: one.blocks[name] for name in RATIOS if name in one.blocks}
     count = max(map(len, blocks.values()), default=0)
     if fails_s is not None:
@@ -295,7 +295,7 @@ def _shown(clean: Sequence[Piece], attacked: Sequence[Piece], ratios: Ratios) ->
 
 
 def least_high(ratios: Ratios) -> float:
-    """What a detector must say at its limit for its alarm to alert beside quiet others, nats."""
+    """Weight that a detector needs at its limit for an alert beside quiet others, nats."""
     quiet = sum(-one.low for one in ratios.values())
     return odds(FUSION.alarm_probability) - odds(FUSION.prior) + quiet
 
@@ -325,7 +325,7 @@ def fly(parameters: MonitorParameters, flight: Flight) -> FlightRecord:
 
 
 def flown(flights: Path, records: Path) -> dict[str, list[Piece]]:
-    """What each vehicle has to say; runs flights without a record."""
+    """Evidence of each vehicle; runs flights without a record."""
     parameters, found = policy_parameters("default"), defaultdict[str, list[Piece]](list)
     for flight in corpus(flights):
         if flight.case.kind in UNUSED or flight.case.name in NATIVE:

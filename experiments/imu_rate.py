@@ -51,7 +51,7 @@ SETTLED_S = 45.0
 
 
 class AnyRate(FlightPhaseEstimator):
-    """The phase of flight, which says of every IMU that it is fast enough."""
+    """Phase of flight that takes every IMU for fast enough."""
 
     def update(self, name: str, sample: Sample) -> PhaseSample | None:
         """Take the next sample."""
@@ -61,7 +61,7 @@ class AnyRate(FlightPhaseEstimator):
 
 @dataclass
 class Seen:
-    """What one detector said: largest margin, verdicts, verdicts that judge, and first alarm."""
+    """Outputs of one detector: largest margin, verdicts, verdicts that judge, and first alarm."""
 
     margin: float = 0.0
     verdicts: int = 0
@@ -97,7 +97,7 @@ def _mean(vectors: Sequence[Vector3]) -> Vector3:
 
 
 def listen(samples: Samples, monitor: Monitor, spoofer: Spoofer | None = None) -> dict[str, Seen]:
-    """What the detectors say of samples, as the spoofer reports them."""
+    """Outputs of the detectors for samples, as the spoofer reports them."""
     seen = {name: Seen() for name in DETECTORS}
     for source, some in runs_of(samples):
         given = some if spoofer is None else [spoofer.report(one) for one in some]
@@ -131,7 +131,7 @@ def drawn(samples: Samples, start_ns: int, name: str) -> list[tuple[int, float]]
 
 
 def flown(samples: Samples, start_ns: int, name: str) -> tuple[dict[str, Seen], dict[str, int]]:
-    """What was said of the clean flight, and how many carry-offs each detector alarmed for."""
+    """Outputs on the clean flight, and how many carry-offs each detector alarmed for."""
     monitor = Monitor(MonitorParameters())
     monitor.stages["phase"].component = AnyRate(FlightPhaseParameters())
     clean = {one: Seen() for one in DETECTORS}

@@ -39,7 +39,7 @@ Change = Callable[[Sample], Sample | None]
 
 
 def untouched(sample: Sample) -> Sample:
-    """A receiver that nobody jams."""
+    """A receiver without jamming."""
     return sample
 
 
@@ -53,7 +53,7 @@ def lost(sample: Sample) -> Sample | None:
 
 
 def poor(sample: Sample) -> Sample:
-    """A receiver that says it is poor; it claims no accuracy where it claimed none before."""
+    """A receiver that reports that it is poor; it claims an accuracy only where it did before."""
     if isinstance(sample, SatelliteSample):
         return replace(sample, count=min(sample.count, FEW))
     if not isinstance(sample, FixSample):
@@ -70,7 +70,7 @@ def _times(accuracy_m: float | None) -> float | None:
 
 
 class Degraded:
-    """A receiver that is poor and says so. Its errors build up and fade, within their times."""
+    """A receiver that is poor and reports it. Its errors build up and fade, within their times."""
 
     def __init__(self, seed: int, until_ns: int) -> None:
         """Begin without errors.

@@ -17,8 +17,8 @@ carry-offs follow on every jamming, so that they differ in nothing else:
 The whole default monitor runs, on a copy from the begin of each jamming on. Prints for each kind
 and length how many runs alert during the jamming (which is no hijack), how many of the others
 alert before the separation is REACH_M, after how long and how far off, what the same carry-offs
-gain against no jamming, and what the detectors say. Outcomes are kept in the folder, one file for
-each flight and acceleration, and not run again.
+gain against no jamming, and the states of the detectors. Outcomes are kept in the folder, one
+file for each flight and acceleration, and not run again.
 """
 
 from __future__ import annotations
@@ -64,12 +64,12 @@ WATCHED = ("coast", "date", "drag", "gnss", "altitude", "fusion")
 LONGEST_VERDICT_S = 1.5
 """A verdict holds until the next one, and no longer than this. Chosen, not swept."""
 DELIVERED_NS = NANOSECONDS // 2
-"""What is said of a stamp may come as much later: runs of samples are handed over together."""
+"""The output for a stamp may come this much later: runs of samples are handed over together."""
 
 
 @dataclass
 class Response:
-    """What the monitor said: seconds in each state by part, the first alert, and `coast`."""
+    """Response of the monitor: seconds in each state by part, the first alert, and `coast`."""
 
     states: dict[str, dict[str, float]] = field(default_factory=dict)
     alert_ns: int | None = None
@@ -81,7 +81,7 @@ class Response:
     _last: dict[str, tuple[int, str]] = field(default_factory=dict)
 
     def take(self, part: str, output: Verdict | FusionResult) -> None:
-        """Account what a part says."""
+        """Account an output of a part."""
         stamp_ns, state = output.stamp_ns, output.state.value
         if part in self._last:
             since_ns, before = self._last[part]
@@ -99,7 +99,7 @@ class Response:
 def listen(
     samples: Samples, monitor: Monitor, change: Change, from_ns: int, to_ns: int
 ) -> Response:
-    """Feed changed samples with stamps up to a time; hear what is said from a time on.
+    """Feed changed samples with stamps up to a time; collect the outputs from a time on.
 
     It ends with an alert.
     """
@@ -292,7 +292,7 @@ def _followed(
     if response.alert_ns is None or response.alert_ns > end_ns:
         return replace(found, cause="")
     seconds = (response.alert_ns - one.stamp_ns) / NANOSECONDS
-    if seconds < 0.0:  # said of the jamming, and delivered after it
+    if seconds < 0.0:  # caused by the jamming, and delivered after it
         return replace(found, jam_alert_s=outcome.length_s + seconds)
     off = max((m for ns, m in separations if ns <= response.alert_ns), default=0.0)
     return replace(found, alert_s=seconds, separation_m=off)

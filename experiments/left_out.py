@@ -7,7 +7,7 @@ Every clean flight of `real`, `logs`, `bags` and `sitl` runs once through the de
 minutes on one core); of each detector the largest margin (score over limit) of the verdicts that
 can tell is kept. The limit without a vehicle is FACTOR times the largest score of the others, in
 parts of the limit in force; a limit that is learnt in flight scales with it. A flight beyond the
-limit in force is a known fault and has no say in the choice. Fills in the tables `left_out
+limit in force is a known fault and does not count in the choice. Fills in the tables `left_out
 vehicles` and `left_out detectors` of the document; with --no-flights from the rows that are there.
 """
 

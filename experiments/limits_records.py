@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""What every detector and the fusion said around an attack, small enough to keep for thousands.
+"""Record of every detector and the fusion around an attack, small enough to keep for thousands.
 
 From these records come maps of detection and time to detect, ROC curves, and the calibration of
 the fusion: for an attack each method's largest margin within the first 1 to 60 s, for clean time
@@ -32,7 +32,7 @@ BLOCK_S = 10.0
 
 
 class MethodRecord(Model):
-    """What one method said of one attack; seconds from the onset.
+    """Record of one method and one attack; seconds from the onset.
 
     Attributes:
         suspicious_s: First verdict that was SUSPICIOUS or worse, None without.
@@ -40,7 +40,7 @@ class MethodRecord(Model):
         separation_m: Metres between true and reported position then, None where not known.
         margins: Largest margin within each of WINDOWS_S.
         before_s: How long before the onset the method alarmed last, None if never. It had been
-            wrong by then, or even kept its alarm, and nothing that it says later is a detection.
+            wrong by then, or even kept its alarm, and no later verdict is a detection.
     """
 
     suspicious_s: float | None
@@ -59,7 +59,7 @@ class AttackRecord(Model):
         figures: Its size as numbers by name.
         onset_s: Onset, seconds after the flight's first message.
         watched_s: How long it was followed, seconds.
-        methods: What each method said.
+        methods: Record of each method.
     """
 
     family: str
@@ -115,7 +115,7 @@ def claim(output: Any) -> Claim | None:
 
 
 class CleanLog:
-    """Sums up what is said of clean time, claim by claim."""
+    """Summary of the verdicts in clean time."""
 
     def __init__(self, start_ns: int) -> None:
         """Count from the stamp of the flight's first message."""
@@ -172,7 +172,7 @@ class CleanLog:
 def method_record(
     outputs: Iterable[Any], onset_ns: int, run: OfflineRun, watched_s: float, before_s: float | None
 ) -> MethodRecord:
-    """What a method said of an attack.
+    """Record of a method for an attack.
 
     Args:
         outputs: Verdicts, or results of the fusion, in order of stamp.
@@ -212,7 +212,7 @@ def method_record(
 def method_records(
     run: OfflineRun, onset_ns: int, watched_s: float, log: CleanLog
 ) -> dict[str, MethodRecord]:
-    """What each detector and the fusion said of an attack, see `method_record`."""
+    """Record of each detector and the fusion for an attack, see `method_record`."""
     return {
         method: method_record(outputs, onset_ns, run, watched_s, log.before_s(method, onset_ns))
         for method, outputs in _outputs(run)
@@ -226,7 +226,7 @@ def _outputs(run: OfflineRun) -> Iterator[tuple[str, Iterable[Any]]]:
 def record_case(
     parameters: MonitorParameters, case: Case, *, size: str = "", horizon_s: float = WINDOWS_S[-1]
 ) -> FlightRecord:
-    """Run a whole flight, clean or attacked, and record what was said of it.
+    """Run a whole flight, clean or attacked, and record the outputs.
 
     Args:
         parameters: Parameters of every part of the monitor.

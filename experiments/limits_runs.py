@@ -137,7 +137,7 @@ def record_of(
 
 
 def _labelled(case: BagCase) -> tuple[str, str, dict[str, float]] | None:
-    """The attack that a flight's label tells of."""
+    """The attack of a flight's label."""
     label = read_label(case.path) if case.kind == HIJACKED else None
     if label is None:
         return None

@@ -28,7 +28,7 @@ Records = Sequence[FlightRecord]
 
 
 def methods(records: Records) -> list[str]:
-    """Every method that said something, the fusion last."""
+    """Every method with a verdict, the fusion last."""
     names = {name for record in records for name in record.blocks}
     return [*sorted(names - {FUSED}), FUSED]
 
@@ -41,7 +41,7 @@ def attacks(records: Records, families: Iterable[str] = ()) -> list[AttackRecord
 
 
 def counted(found: Iterable[AttackRecord], method: str) -> list[MethodRecord]:
-    """What a method said of the attacks that count for it."""
+    """Records of a method of the attacks that count for it."""
     records = [one.methods[method] for one in found if method in one.methods]
     return [one for one in records if one.before_s is None]
 
@@ -220,7 +220,7 @@ def misses(records: Records) -> TextTable:
 
 
 def dropped(records: Records) -> TextTable:
-    """Attacks that say nothing, because the method had alarmed before, by flight."""
+    """Attacks that do not count, because the method had alarmed before, by flight."""
     names = methods(records)
     rows = []
     for half, own in _halves(records).items():

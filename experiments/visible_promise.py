@@ -1,12 +1,12 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""Does `coast` see what it says that it could see? Injected drifts around `smallest_visible`.
+"""Does `coast` see what it claims to see? Injected drifts around `smallest_visible`.
 
     python -m experiments.visible_promise docs/figures/visible_promise.png FLIGHT... [--every 10]
 
 On each flight (a bag, or a log of any format of `analyze`) a drift begins about every ten seconds
 in which `coast` judges and is not in alarm. It has a constant acceleration in a fixed random
 direction: a multiple of `smallest_visible` of the verdict before it. It is found if `coast` alarms
-before the drift is REACH_M long; a drift that the flight's end cuts off before says nothing, and
+before the drift is REACH_M long; a drift that the flight's end cuts off before does not count, and
 one during which `coast` stops judging is missed. Only the phase of flight and `coast` run, on a
 copy from the onset on.
 
@@ -59,7 +59,7 @@ class Chain:
         self._coast = CoastDetector(CoastParameters())
 
     def push(self, name: str, sample: Sample) -> Verdict | None:
-        """Take the next sample; return what `coast` says."""
+        """Take the next sample; return the verdict of `coast`."""
         phase = self._phase.update(name, sample) if name in self._phase.inputs else None
         verdict = self._coast.update(name, sample) if name in self._coast.inputs else None  # type: ignore[arg-type]
         if phase is not None:

@@ -140,7 +140,7 @@ def table(rows: Rows) -> list[str]:
 
 
 def described(node: str) -> str:
-    """What the module of a node says of it, without what is a heading in a terminal."""
+    """The docstring of a node's module, without what is a heading in a terminal."""
     part = next((one for one in PARTS if one.face == GENERIC_NODE and one.node == node), None)
     module = importlib.import_module(entry_point(node).partition(":")[0])
     written = module.__doc__ or "" if part is None else summary(part)
@@ -150,7 +150,7 @@ def described(node: str) -> str:
 
 
 def tables(text: str) -> Mapping[str, set[str]]:
-    """The rows of a reference that tell of topics and services, by node."""
+    """The rows of a reference for topics and services, by node."""
     parts = re.split(r"^## (\w+)$", text, flags=re.MULTILINE)[1:]
     rows = ("| subscribes", "| publishes", "| offers", "| calls")
     return {

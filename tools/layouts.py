@@ -28,7 +28,7 @@ COLOURS = (
     "#7f7f7f",
     "#6a3d9a",
 )
-"""Of the detectors in turn, told apart by colour-blind eyes too."""
+"""Of the detectors in turn, distinct for colour-blind eyes too."""
 KEY = '/PART/verdict.status[0].values[:]{key=="NAME"}.value'
 PLOTS = {
     "Plot!margins": ("/PART/margin.data", "receiveTime"),

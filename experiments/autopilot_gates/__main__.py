@@ -6,7 +6,7 @@
 An EKF of this project runs under each gate with the autopilot's own noise values, so that a lie
 that is accepted drags it along, and one that is rejected lets it coast until a time-out sets it
 to the GPS. Found means that the gate rejected something during the attack, before any reset; that
-is more than the autopilot tells anyone. `no attack` is how often the same minutes of the clean
+is more than the autopilot reports. `no attack` is how often the same minutes of the clean
 flight do that; a second table leaves these minutes out.
 """
 

@@ -28,7 +28,7 @@ from hijack_detect.streams.samples import (
 GPS_LAG_S = 0.15
 """As AttitudeParameters.gps_lag_s; PX4 counts on 0.11 s (EKF2_GPS_DELAY)."""
 MAX_IMU_GAP_S = 1.0
-"""After a longer gap in the IMU's data a filter starts afresh."""
+"""After a longer gap in the IMU's data a filter restarts."""
 FIRST_S = 0.5
 """The IMU's data before the first fix that levels the filter."""
 AUTOPILOT_ATTITUDE = "/autopilot/attitude"

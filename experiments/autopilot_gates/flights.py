@@ -46,7 +46,7 @@ class Results:
 
 @dataclass(frozen=True)
 class LabelledFlight:
-    """A flight of a real autopilot in the loop; if it was attacked, its GPS already says so."""
+    """A flight of a real autopilot in the loop; if it was attacked, its GPS is spoofed already."""
 
     path: Path
 

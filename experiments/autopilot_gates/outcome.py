@@ -11,13 +11,13 @@ from experiments.autopilot_gates.gate_filter import Judged
 from hijack_detect.streams.samples import NANOSECONDS
 
 LASTING_S = 1.0
-"""Rejections in a row that a user would hear of: ArduCopter's EKF check, EKF_CHECK_ITERATIONS_MAX
+"""Rejections in a row that are reported to a user: ArduCopter's EKF check, EKF_CHECK_ITERATIONS_MAX
 (ArduCopter/ekf_check.cpp), though it asks more: position and velocity, not one of them."""
 
 
 @dataclass(frozen=True)
 class Alarm:
-    """When a gate first said no.
+    """When a gate first rejected.
 
     Attributes:
         after_s: Seconds after the onset.

@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""What an analysis keeps of all that is published about a flight, however long that is."""
+"""Bounded summary of all outputs of the monitor over a flight."""
 
 from __future__ import annotations
 
@@ -180,8 +180,8 @@ FIGURES = re.compile(r"[\d.]+")
 class TakenBack:
     """The fusion, with its alert taken back once the causes have been quiet.
 
-    It publishes what a vehicle would receive whose pilot calls `fusion/reset` when no cause of the
-    alert has been SUSPICIOUS or in ALARM for `together_s`, as long as a margin speaks for an
+    It publishes what a vehicle receives whose pilot calls `fusion/reset` when no cause of the
+    alert has been SUSPICIOUS or in ALARM for `together_s`, while a margin supports an
     alert. So each of its alerts is one event.
     """
 
@@ -229,7 +229,7 @@ class Complaint:
 
         Args:
             figures: Names of the values, of which a verdict has those beyond their limits.
-            words: Says them.
+            words: Text of them.
             stale_ns: For how long a verdict holds at most, nanoseconds.
         """
         self._figures, self._words, self._stale_ns = figures, words, stale_ns
@@ -260,7 +260,7 @@ class Complaint:
 
 @dataclass(frozen=True)
 class Watched:
-    """When what could be judged.
+    """Times in which each thing could be judged.
 
     Attributes:
         in_air: The vehicle was in the air.
@@ -294,7 +294,7 @@ class Watched:
 
 
 class Account:
-    """Listens to a monitor and keeps states, alerts, phases and the largest margins.
+    """Account of a monitor's states, alerts, phases and largest margins.
 
     Attributes:
         weights: What the fusion makes of each detector that it subscribes to.
@@ -347,7 +347,7 @@ class Account:
         self.inputs.add(sample)
 
     def take_output(self, part: str, output: Any) -> None:
-        """Take what a part of the monitor puts out."""
+        """Take an output of a part of the monitor."""
         own, output = output, self._placed(output)
         if part == FUSION:
             self._spans[MONITOR].add(output)

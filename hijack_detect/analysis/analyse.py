@@ -130,7 +130,7 @@ class Analysed:
     """An analysis, and what it was made from.
 
     Attributes:
-        analysis: What is said of the flight.
+        analysis: The result, as data.
         flight: What was noted of the samples.
         parameters: Parameters of the monitor.
         attack: The attack, if one is known.

@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""What an analysis of a bag says, as data: `docs/analysis.schema.json` describes it."""
+"""The analysis of a bag as data: `docs/analysis.schema.json` describes it."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Outcome(enum.Enum):
     - alert_unlabelled: an alert, and nothing is known of an attack.
     - no_alert_unlabelled: no alert, and nothing is known of an attack.
     - not_judged: no alert, no attack that is known, and nothing could have seen one; `not_judged`
-      says why.
+      has the reason.
     """
 
     DETECTED = "detected"
@@ -51,7 +51,7 @@ class Interval(_Model):
 
 
 class Alert(Interval):
-    """One alert, as `hijack_alert` says it."""
+    """One alert, as `hijack_alert` publishes it."""
 
     detectors: tuple[str, ...]
     """Detectors that led to it."""
@@ -69,11 +69,11 @@ class Peak(_Model):
     at_s: float
     """Seconds from the bag's first message."""
     reason: str
-    """What the detector said then."""
+    """The detector's reason then."""
 
 
 class DetectorAnalysis(_Model):
-    """What one detector said."""
+    """Verdicts of one detector."""
 
     alarms: tuple[Interval, ...]
     """Times in the state `alarm`."""
@@ -91,7 +91,7 @@ class Visible(_Model):
     acceleration: float = Field(gt=0.0)
     """Acceleration in m/s²."""
     time_s: float = Field(ge=0.0)
-    """Seconds in the air in which `coast` claimed to see so much, and all that is larger."""
+    """Seconds in the air in which `coast` claimed to see this size, and all that is larger."""
 
 
 class Spoof(_Model):
@@ -136,7 +136,7 @@ class Analysis(_Model):
     alarms: tuple[Alert, ...]
     """All alerts that there are if each is taken back once its causes have been quiet."""
     detectors: dict[str, DetectorAnalysis]
-    """What each detector said, by name."""
+    """Verdicts of each detector, by name."""
     in_air_s: float = Field(ge=0.0)
     """Seconds in the air."""
     judged_s: float = Field(ge=0.0)
@@ -144,15 +144,15 @@ class Analysis(_Model):
     at_risk_s: float = Field(ge=0.0)
     """Seconds in the air in which an alert was possible, until the first alert."""
     receiver_poor_s: float = Field(default=0.0, ge=0.0)
-    """Seconds for which the receiver was poor by its own word; a note says in what."""
+    """Seconds for which the receiver was poor by its own claim; a note names in what."""
     gps_late_s: float = Field(default=0.0, ge=0.0)
-    """Seconds for which the GPS lagged by more than receivers do; a note says by how much."""
+    """Seconds for which the GPS lagged by more than receivers do; a note gives by how much."""
     visible: Visible | None
     """What a clean verdict is worth, see docs/analyze-a-log.md; null if `coast` could not tell."""
     visible_steps: tuple[Visible, ...]
     """The same for pulls of other sizes."""
     spoof: Spoof | None
-    """The attack, null if there is none or none is known; `outcome` says which."""
+    """The attack, null if there is none or none is known; see `outcome`."""
     time_to_detect_s: float | None
     """From the onset to the first alert at or after it."""
     deviation_at_alarm_m: float | None

@@ -109,7 +109,7 @@ class FlightLog:
     def analyse(
         self, parameters: MonitorParameters | None = None, attack: Scenario | None = None
     ) -> Analysis:
-        """Say whether the GPS was spoofed, when, and how that is known: what `analyze` shows.
+        """Judge whether the GPS was spoofed, when, and on what evidence: what `analyze` shows.
 
         Args:
             parameters: See `run`.

@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""What a clean result is worth: which pulls would have been seen for how long, or why none."""
+"""Worth of a clean result: the pulls that would have been seen, for how long, or why none."""
 
 from __future__ import annotations
 

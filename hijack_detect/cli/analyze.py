@@ -65,7 +65,7 @@ def analyze(
     gps: int,
     namespace: str,
 ) -> None:
-    """Say whether the GPS of a recorded flight was spoofed, when, and how that is known.
+    """Judge whether the GPS of a recorded flight was spoofed, when, and on what evidence.
 
     BAG is an mcap file, a rosbag2 folder, or a log that `convert` knows (--imu, --gps, --columns
     and --namespace are for those). What is known of an attack is compared with: the scenario's,
@@ -73,8 +73,8 @@ def analyze(
     docs/analysis.schema.json.
 
     Exits with 0 if there was no alert, with 10 if there was one, with 3 if there was none and
-    nothing could have seen a carry-off (the first sentence says why), and with 2 if the input
-    cannot be used.
+    nothing could have seen a carry-off (the first sentence names the cause), and with 2 if the
+    input cannot be used.
     """
     from hijack_detect.cli.analyze_view import summary  # noqa: PLC0415  slow to load
     from hijack_detect.logs.formats import opened  # noqa: PLC0415
@@ -113,7 +113,7 @@ def analyze(
 
 
 def exit_code(analysis: Analysis) -> int:
-    """The exit code that says what was found."""
+    """The exit code of what was found."""
     if analysis.alerts:
         return EXIT_ALERT
     return 0 if analysis.not_judged is None else EXIT_NOT_JUDGED

@@ -86,7 +86,7 @@ def find_scenario(given: str, onset_s: float | None = None) -> Scenario:
 
 
 def pool_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Add the options that say where many flights are run; the command gets them as `pool`."""
+    """Add the options of the place where many flights run, passed to the command as `pool`."""
 
     @click.option("--jobs", type=click.IntRange(1), help="Processes [one per core].")
     @click.option("--scheduler", default="", help="Run on the Dask cluster at this address.")

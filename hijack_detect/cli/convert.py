@@ -63,10 +63,11 @@ def convert(
 ) -> None:
     """Write the bag OUT from the LOG of an autopilot, a ROS 1 bag, a bag in sqlite3, or a CSV.
 
-    PX4 ULog, ArduPilot DataFlash, MAVLink telemetry, ROS 1 and rosbag2 are told by their content,
-    and so is a folder of ulog2csv. Of any other CSV, or folder of CSVs, a map has to say what the
-    columns are: --template prints one. Body vectors become FLU, world vectors ENU, stamps UTC where
-    the log knows it. The autopilot's own attitude is kept as /autopilot/attitude, to compare with.
+    PX4 ULog, ArduPilot DataFlash, MAVLink telemetry, ROS 1 and rosbag2 are recognised by their
+    content, and so is a folder of ulog2csv. Of any other CSV, or folder of CSVs, a map has to name
+    what the columns are: --template prints one. Body vectors become FLU, world vectors ENU, stamps
+    UTC where the log knows it. The autopilot's own attitude is kept as /autopilot/attitude, to
+    compare with.
     """
     from hijack_detect.logs.csv_template import template as template_of  # noqa: PLC0415  slow
     from hijack_detect.logs.formats import convert as make  # noqa: PLC0415

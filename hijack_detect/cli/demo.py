@@ -101,7 +101,7 @@ def _scenario(options: DemoOptions) -> Scenario | None:
 def _play(
     console: Console, options: DemoOptions, share: Path, replay: list[str], logs: Path
 ) -> Listener:
-    """Start all nodes, play the bag, and return what was heard."""
+    """Start all nodes, play the bag, and return what was received."""
     domain = os.environ.get("ROS_DOMAIN_ID") or str(DOMAINS[os.getpid() % len(DOMAINS)])
     graph = {"ROS_DOMAIN_ID": domain, "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
     os.environ.update(graph)

@@ -67,7 +67,7 @@ def evaluate(
 
     Flights are bags, and logs of every format that `analyze` knows by content. A flight is hijacked
     or clean by the labels.json of its folder (docs/evaluate.md), or by the label.json beside it;
-    without one it is clean, unless its topics tell of an attack. With --scenario each clean flight
+    without one it is clean, unless its topics have an attack. With --scenario each clean flight
     is run again with that attack injected, at onsets spread by chance (the same each time) over its
     forward flight. Protocol feng2018 has 25 straight, 25 curved and 50 hijacked flights of the
     simulator; feng2018_noisy is the same with the noise of a receiver on the fake fixes. basan2022
@@ -75,10 +75,10 @@ def evaluate(
     each attack into the clean flights there, at --onsets places. limits has 30 clean flights and 30
     of each of ten attacks, for rates with narrow intervals at a --scale of 10.
 
-    The first tables say how many false alerts there are in an hour at risk, by class and by
+    The first tables give the false alerts per hour at risk, by class and by
     vehicle, in which share of that time each detector could tell, and the cause of each alert.
     A clean flight is correct without any alarm, a hijacked one if the first alarm of the flight
-    lies inside the attack. Flights that cannot be read are told on stderr; the exit code is 2
+    lies inside the attack. Flights that cannot be read are reported on stderr; the exit code is 2
     only if none could be.
     """
     if (corpus is None) == (protocol is None) and protocol != BASAN:

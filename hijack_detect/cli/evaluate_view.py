@@ -42,7 +42,7 @@ def tables(evaluation: Evaluation) -> None:
     if evaluation.flights:
         for table in (correct_table, error_table, detection_table):
             console.print(drawn(table(evaluation)))
-    if evaluation.forging is not None:  # its own tables tell the classes
+    if evaluation.forging is not None:  # its own tables have the classes
         for made in basan_tables(evaluation):
             console.print(drawn(made))
     elif (by_class := class_table(evaluation)) is not None:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 STDOUT = Path("-")
 SHOWN = 50
-"""Rows shown in the terminal if nobody says how many."""
+"""Rows shown in the terminal by default."""
 COUNT = click.IntRange(min=1)
 
 

@@ -39,7 +39,7 @@ def overview(reader: JournalReader) -> None:
 
 
 def show_rows(reader: JournalReader, query: Query, most: int) -> None:
-    """Print rows; the last `most` of them if the query does not say how many."""
+    """Print rows; the last `most` of them if the query gives no number."""
     chosen = query if query.limit or query.last else replace(query, last=most)
     rows = deque(reader.rows(chosen))
     console = Console(highlight=False)

@@ -82,17 +82,17 @@ def _listener(picture: Picture, namespace: str, *, mavros: bool) -> LiveViewer:
 
 
 def _announce(server: Server, node: LiveViewer) -> None:
-    """Say where the page is, and who can see it."""
+    """Print where the page is, and which machines can see it."""
     if why := unprotected(sys.argv):
         click.echo(f"error: {why}", err=True)
     if not server.local:
         click.echo(
-            "warning: whoever reaches this address sees where the vehicle is and what the monitor "
-            "says, and nobody has to log in. Without --host only this machine can; from another "
-            "one use ssh -L 8765:127.0.0.1:8765 VEHICLE",
+            "warning: anyone who reaches this address sees the vehicle's position and the "
+            "monitor's verdicts without a login. Without --host only this machine can; from "
+            "another one use ssh -L 8765:127.0.0.1:8765 VEHICLE",
             err=True,
         )
     fix = node.resolve_topic_name(node.fix_topic)
     space = node.get_namespace().rstrip("/")
-    click.echo(f"hears {space}/*/verdict, {space}/hijack_alert and {fix}; Ctrl-C ends it")
+    click.echo(f"subscribes to {space}/*/verdict, {space}/hijack_alert and {fix}; Ctrl-C ends it")
     click.echo(server.url)

@@ -22,11 +22,11 @@ EXTRAS = {
 
 
 COMMANDS = {
-    "analyze": ("analyze", "Say whether the GPS of a recorded flight was spoofed"),
+    "analyze": ("analyze", "Judge whether the GPS of a recorded flight was spoofed"),
     "completion": ("completion", "Print the script that completes this command in a shell"),
     "convert": ("convert", "Make a bag of a log of PX4, ArduPilot, ROS, or of a CSV"),
     "demo": ("demonstrate", "Replay a flight, spoof its GPS, and show the alert"),
-    "doctor": ("doctor.command", "Say whether the monitor can run here, and what to mend"),
+    "doctor": ("doctor.command", "Check whether the monitor can run here, and what to mend"),
     "evaluate": ("evaluate", "Run every method on many flights, and count"),
     "inject": ("inject", "Make a spoofed copy of a bag"),
     "journal": ("journal", "Show and export what the recorder has kept"),
@@ -36,11 +36,11 @@ COMMANDS = {
     "sweep": ("sweep", "Vary one thing and see how many flights are judged correctly"),
     "tune": ("tune", "Choose thresholds for one vehicle from its flights"),
 }
-"""Module of each command, and what the list of commands says of it: only one is loaded."""
+"""Module of each command, and its line in the list of commands: only one is loaded."""
 
 
 class Commands(click.Group):
-    """The commands; says what to install where one needs a library that is optional."""
+    """The commands; names what to install where one needs an optional library."""
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command.
@@ -92,7 +92,7 @@ class Commands(click.Group):
     message=f"%(prog)s, version %(version)s (Python {platform.python_version()})",
 )
 def main() -> None:
-    """Tell when a drone's GPS is being spoofed."""
+    """Detect GPS spoofing of a drone."""
     add_own_prefix()
 
 

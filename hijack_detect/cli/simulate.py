@@ -41,8 +41,8 @@ def simulate(
 ) -> None:
     """Make a bag of a simulated flight; the same options make the same bag.
 
-    The autopilot flies by the GPS it is told: an attack really drags the vehicle away. Beside the
-    bag lies label.json with what was flown and attacked.
+    The autopilot flies by the GPS that it receives: an attack really drags the vehicle away. Beside
+    the bag lies label.json with what was flown and attacked.
     """
     from hijack_detect.replay.simulated_bag import make_bag  # noqa: PLC0415  slow to load
     from hijack_detect.simulation.plan import FlightPlan  # noqa: PLC0415

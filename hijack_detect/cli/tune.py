@@ -59,9 +59,9 @@ def tune(
     """Choose thresholds for one vehicle from the flights below the folder CORPUS.
 
     This is the baseline test of Feng 2018, §5: fly clean, several times, and adjust. It also
-    estimates the lag of the vehicle's GPS. Flights whose label.json tells of an attack are used
+    estimates the lag of the vehicle's GPS. Flights whose label.json has an attack are used
     to see what the thresholds cost in detection, as are the scenarios, which are injected into
-    the clean flights. Flights that cannot be read are told on stderr and left out.
+    the clean flights. Flights that cannot be read are reported on stderr and left out.
     """
     from hijack_detect.cli.tune_view import print_tuning, written  # noqa: PLC0415  slow to load
     from hijack_detect.evaluation.trials.corpus import corpus_cases  # noqa: PLC0415

@@ -129,7 +129,7 @@ def test_others_are_warned_of_and_namespace_and_mavros_choose_the_topics(graph: 
     viewer.wait_for("/\n")
     assert "warning: whoever reaches this address sees where the vehicle is" in viewer.output
     fix = "/uav1/mavros/global_position/raw/fix"
-    assert f"hears /uav1/*/verdict, /uav1/hijack_alert and {fix}" in viewer.output
+    assert f"subscribes to /uav1/*/verdict, /uav1/hijack_alert and {fix}" in viewer.output
     graph.spin_until(lambda: graph.node.count_subscribers(fix), "its subscription")
     assert graph.node.count_subscribers("/uav1/coast/verdict") == 1
     viewer.signal(signal.SIGTERM)

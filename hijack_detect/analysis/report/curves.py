@@ -29,7 +29,7 @@ class Rows:
     """Rows of numbers, each with a stamp, in plain memory: flights may be long."""
 
     def __init__(self, width: int) -> None:
-        """Start empty, for rows of so many numbers."""
+        """Start empty, for rows of a fixed length."""
         self._width = width
         self._stamps = array("q")
         self._numbers = array("d")

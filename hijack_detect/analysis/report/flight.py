@@ -85,7 +85,7 @@ def track_panel(done: Analysed, recorded: Recording) -> Panel:
     north = _extent(np.concatenate([one.north_m for one in tracks]))
     figure.update_xaxes(title="East (m)", range=east)
     figure.update_yaxes(title="North (m)", range=north, scaleanchor="x")
-    note = "Metres from the first fix. The reported track is coloured by what the monitor said."
+    note = "Metres from the first fix. The reported track is coloured by the state of the monitor."
     if true is None:
         note += " Where the vehicle really was is not known."
     return Panel("track", "Track", note, figure, timed=False)
@@ -165,7 +165,7 @@ def states_panel(done: Analysed) -> Panel:
         "Point at a bar for its reason. Drag over a figure to zoom into all of them, double-click "
         "to go back."
     )
-    return Panel("states", "What was said, and when", note, figure)
+    return Panel("states", "States over time", note, figure)
 
 
 def attack_bands(done: Analysed) -> list[tuple[float, float]]:
@@ -197,7 +197,7 @@ def deviation_panel(done: Analysed) -> Panel | None:
 
 
 def quality_panels(done: Analysed, recorded: Recording) -> Iterator[Panel]:
-    """What the receiver says of itself."""
+    """What the receiver claims of itself."""
     duration_s = done.analysis.duration_s
     figure = over_time(duration_s, 200)
     add_curve(figure, recorded.speed, "speed", BLUE, " m/s")
@@ -214,7 +214,7 @@ def quality_panels(done: Analysed, recorded: Recording) -> Iterator[Panel]:
         figure.add_scatter(
             x=recorded.no_fix,
             y=np.zeros(lost),
-            name="message says: no fix",
+            name="message without a fix",
             mode="markers",
             marker={"symbol": "x", "size": 7, "color": ALERT},
             hovertemplate="no fix<extra></extra>",
@@ -235,4 +235,4 @@ def quality_panels(done: Analysed, recorded: Recording) -> Iterator[Panel]:
             add_curve(figure, curve, name, TEAL, unit, shape="hv")
             figure.update_yaxes(rangemode="tozero")
             figure.update_layout(showlegend=False)
-            yield Panel(name, title, "As the receiver says.", figure)
+            yield Panel(name, title, "As the receiver reports.", figure)

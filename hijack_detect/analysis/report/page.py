@@ -130,10 +130,10 @@ $figures
 <section id="detectors">
 <h2>Detectors</h2>
 <p class="soft">Could tell: share of the time in the air. Then the share of the whole log in each
-state; only normal, suspicious and alarm say anything about the GPS.</p>
+state; only normal, suspicious and alarm judge the GPS.</p>
 <div class="wide"><table>
 <thead><tr><th>detector</th><th class="n">could tell</th>$states
-<th class="n">largest margin</th><th>said then</th></tr></thead>
+<th class="n">largest margin</th><th>reason then</th></tr></thead>
 <tbody>$detectors</tbody>
 </table></div>
 </section>

@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""What the figures show: figures of the verdicts, angles, tracks and what the receiver said."""
+"""What the figures show: figures of the verdicts, angles, tracks and the receiver's claims."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Recording:
         course: Direction of motion over ground.
         speed: Reported speed over ground, m/s.
         interval: Time since the fix before, s.
-        no_fix: Times of messages that say that there is no fix, s.
+        no_fix: Times of messages without a fix, s.
         sigma: Reported horizontal standard deviation, m; empty if the receiver gives none.
         satellites: Number of satellites; empty if the bag has none.
         traces: Numbers of the verdicts of each detector.
@@ -74,7 +74,7 @@ class Recording:
 
 
 class Recorder:
-    """Listens to an analysis: give `take` as its `on_sample`, and `hear` as its `on_output`."""
+    """Recorder of an analysis: `take` is its `on_sample`, `take_output` its `on_output`."""
 
     def __init__(self) -> None:
         """Start empty."""
@@ -110,7 +110,7 @@ class Recorder:
 
 
 def recording(reader: BagReader, recorder: Recorder, *, injected: bool) -> Recording:
-    """Put together what was heard in an analysis, and what else the bag says of the receiver.
+    """Put together what was recorded of an analysis, and what the bag has of the receiver.
 
     Args:
         reader: The bag.

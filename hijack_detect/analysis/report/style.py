@@ -40,7 +40,7 @@ LEFT_PX = 82
 class Panel:
     """One figure with its heading.
 
-    `note` says in a sentence or two what is to be seen. `timed` figures share their time axis. The
+    `note` describes the figure in a sentence or two. `timed` figures share their time axis. The
     alarms of `detectors` are shaded.
     """
 
@@ -156,7 +156,7 @@ def say_if_empty(figure: Any) -> None:
     """Write into a figure without any value that there is none."""
     if all(np.isnan(np.asarray(trace.y, dtype=float)).all() for trace in figure.data):
         figure.add_annotation(
-            text="no values: in this flight it could not be told",
+            text="no values: not observable in this flight",
             font={"color": GREY, "size": 13},
             bgcolor="white",
             xref="paper",

@@ -55,7 +55,7 @@ class Child:
 
 
 class ChildError(RuntimeError):
-    """A child gave no answer; the text says why."""
+    """A child gave no answer; the text gives the reason."""
 
 
 def findings(answer: Any) -> list[Finding]:

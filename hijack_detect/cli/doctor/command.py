@@ -32,7 +32,7 @@ STYLES = {Level.OK: "green", Level.INFO: "dim", Level.WARN: "yellow", Level.FAIL
 @click.option("--clean", is_flag=True, help="Remove what dead processes left in shared memory.")
 @click.option("--json", "as_json", is_flag=True, help="Print the findings as JSON.")
 def doctor(namespace: str, mavros: bool, no_dds: bool, clean: bool, as_json: bool) -> None:
-    """Say whether the monitor can run here, and what to mend.
+    """Check whether the monitor can run here, and what to mend.
 
     Looks at Python and ROS, at this installation, at the settings of DDS, at shared memory, clock,
     disk and processors; lets two processes talk over DDS; and looks whether the inputs of the
@@ -93,7 +93,7 @@ def talk() -> Iterator[Finding]:
             late_ms = subscriber.answer(TALK_S)
         except ChildError as error:
             mend = "mend what is wrong above; is multicast or loopback blocked by a firewall?"
-            text = f"two processes do not hear each other: {error}"
+            text = f"two processes receive nothing from each other: {error}"
             yield Finding("DDS", Level.FAIL, text, mend)
         else:
             yield Finding("DDS", Level.OK, f"two processes talk, {late_ms:.1f} ms a message")

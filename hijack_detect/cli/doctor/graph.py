@@ -56,7 +56,7 @@ def main(namespace: str, mavros: bool) -> None:
         *monitors(alerting, _on_simulated_time(node, alerting), clock="/clock" in published),
     ]
     print(printed(found), flush=True)
-    os._exit(0)  # Fast DDS can lock itself up in its farewell
+    os._exit(0)  # Fast DDS can lock itself up at shutdown
 
 
 def _spin(node: Node, seconds: float) -> None:
@@ -82,7 +82,7 @@ def _kinds(node: Node, topic: str) -> list[str]:
 
 
 def _on_simulated_time(node: Node, names: Sequence[str]) -> list[str]:
-    """Those of the nodes that say that use_sim_time is true."""
+    """Those of the nodes whose use_sim_time is true."""
     answers: dict[str, bool] = {}
     clients = {name: node.create_client(GetParameters, f"{name}/get_parameters") for name in names}
     for name, client in clients.items():

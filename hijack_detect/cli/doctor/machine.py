@@ -41,7 +41,7 @@ def clock() -> Iterator[Finding]:
     """Whether the clock can be right, is kept right, and is fine enough."""
     now_s = time.time()
     if now_s < RELEASED_S:
-        text = time.strftime("says %Y-%m-%d, before this program was made", time.gmtime(now_s))
+        text = time.strftime("is at %Y-%m-%d, before this program was made", time.gmtime(now_s))
         mend = "sudo timedatectl set-ntp true, or fit a clock with a battery"
         yield Finding("clock", Level.FAIL, text, mend)
     resolution_s = time.clock_getres(time.CLOCK_REALTIME)
@@ -50,7 +50,7 @@ def clock() -> Iterator[Finding]:
         yield Finding("clock", Level.WARN, text, "cat /sys/devices/system/clocksource/*/available*")
     state = _Timex()
     if ctypes.CDLL(None, use_errno=True).adjtimex(ctypes.byref(state)) < 0:
-        yield Finding("clock", Level.INFO, "the kernel does not say whether it is synchronised")
+        yield Finding("clock", Level.INFO, "the kernel does not report whether it is synchronised")
     elif state.status & UNSYNCHRONISED:
         text = "is not synchronised: stamps of two machines differ, and it may be set in flight"
         mend = "sudo timedatectl set-ntp true (or chrony); in a container see to the host"

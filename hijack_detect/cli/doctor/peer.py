@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""One of the two processes that `doctor` lets talk: `publish TOPIC` or `subscribe TOPIC`."""
+"""One of two processes of `doctor` that test DDS: `publish TOPIC` or `subscribe TOPIC`."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def main(role: str, topic: str) -> None:
     if role == "subscribe":
         # The first ones may have waited until the other side was discovered.
         print(json.dumps(statistics.median(late_ms) if late_ms else None), flush=True)
-    os._exit(0)  # Fast DDS can lock itself up in its farewell
+    os._exit(0)  # Fast DDS can lock itself up at shutdown
 
 
 if __name__ == "__main__":

@@ -45,7 +45,7 @@ def domain(environment: Mapping[str, str], ports: Path = PORT_RANGE) -> Iterator
 
 
 def discovery(environment: Mapping[str, str]) -> Iterator[Finding]:
-    """Whom this process may hear."""
+    """Which processes this one discovers."""
     reach = environment.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "")
     old = environment.get("ROS_LOCALHOST_ONLY", "")
     what = "discovery"
@@ -60,7 +60,7 @@ def discovery(environment: Mapping[str, str]) -> Iterator[Finding]:
         yield Finding(what, Level.WARN, text, mend)
     elif reach == "OFF":
         mend = "unset ROS_AUTOMATIC_DISCOVERY_RANGE"
-        yield Finding(what, Level.FAIL, "is OFF: no node hears another", mend)
+        yield Finding(what, Level.FAIL, "is OFF: no node discovers another", mend)
     else:
         yield Finding(what, Level.OK, reach or "SUBNET (not set)")
 

@@ -100,7 +100,7 @@ class ForgedData:
 def likelihood(values: list[float], mean: float) -> float:
     """`d ln L / dλ` of Poisson's likelihood L (§3.2) at the mean λ of normal data: `Σ x / λ - n`.
 
-    The paper's Table 4 calls its figures the likelihood function, and says that they are zero
+    The paper's Table 4 calls its figures the likelihood function, and states that they are zero
     without an attack because the normal data gave λ, that they depend on the number of values, and
     shows negative ones where the altitude fell. L itself is none of that; its derivative is zero at
     the mean of the data, grows with their number and has the sign of the change.

@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""What each method said of one flight, and whether it was right.
+"""Verdict of each method on one flight, and whether it was right.
 
 The methods are the detectors by name, the naive comparison `ins_position`, `both` (alarm once
 correlation and DATE have both alarmed, Feng 2018, §5) and `fusion`, the monitor's own alert. A
@@ -75,7 +75,7 @@ class MethodOutcome(Model):
             and if the true position is known.
         score: For the ROC: the largest margin of the clean flight, or within the attack.
         found_s: From onset to the first alarm that began inside the attack, as if a pilot had
-            taken back every alarm before. It says what a method sees of an attack on a flight
+            taken back every alarm before. It shows what a method sees of an attack on a flight
             on which it had been wrong already; None for nothing.
         claimed: Share of the verdicts within the attack whose score is above the threshold, kept
             alarms apart: how long a method goes on seeing an attack. None without an attack, and
@@ -95,7 +95,7 @@ class MethodOutcome(Model):
 
 @dataclass(frozen=True)
 class Trace:
-    """Everything that a method said of a flight.
+    """All verdicts of a method on a flight.
 
     Attributes:
         stamps_ns: Stamps in order, nanoseconds.
@@ -190,7 +190,7 @@ def with_baselines(parameters: MonitorParameters, *, published_kld: bool) -> Mon
 
 
 def traces(run: OfflineRun) -> dict[str, Trace]:
-    """What every method said, by its name, the simplest first."""
+    """Verdicts of every method, by its name, the simplest first."""
     found = {name: _verdict_trace(verdicts) for name, verdicts in run.verdicts.items()}
     baselines = [name for name in found if name in {BASELINE.name, PUBLISHED_KLD.name}]
     order = dict.fromkeys((*baselines, *PUBLISHED, "both", *found, "fusion"))
@@ -202,7 +202,7 @@ def traces(run: OfflineRun) -> dict[str, Trace]:
 def fused(
     verdicts: Mapping[str, Sequence[Verdict]], parameters: FusionParameters, names: Sequence[str]
 ) -> list[FusionResult]:
-    """What a fusion says of the verdicts of the named detectors."""
+    """Results of a fusion of the verdicts of the named detectors."""
     fusion = Fusion(parameters, {name: WEIGHTS[name] for name in names})
     streams = ([(name, verdict) for verdict in verdicts[name]] for name in names)
     merged = heapq.merge(*streams, key=lambda entry: entry[1].stamp_ns)
@@ -215,7 +215,7 @@ def _verdict_trace(verdicts: Sequence[Verdict]) -> Trace:
 
 
 def _alert_trace(results: Sequence[FusionResult]) -> Trace:
-    """Confidence counts up to the alert only: it is latched, and says no more afterwards."""
+    """Confidence counts up to the alert only: it is latched, and means nothing afterwards."""
     rows = (
         (r.stamp_ns, r.alert, r.confidence if r.alert_since_ns in (None, r.stamp_ns) else 0.0)
         for r in results
@@ -273,7 +273,7 @@ def _claimed(trace: Trace, attack: Attack | None) -> float | None:
 
 
 def _score(trace: Trace, attack: Attack | None) -> float:
-    """Largest margin of a clean flight, or within the attack; 0 where nothing was said."""
+    """Largest margin of a clean flight, or within the attack; 0 where nothing was judged."""
     return float(np.max(trace.margins, where=_within(trace, attack), initial=0.0))
 
 

@@ -48,7 +48,7 @@ class FlightWatch(Model):
     """How a flight was watched while it was clean: all of it, or until an attack or a fault.
 
     Attributes:
-        counted: Whether an alert would be false; not if nobody knows from when on it is right.
+        counted: Whether an alert would be false; not if the time from which it is right is unknown.
         in_air_s: Time in the air.
         at_risk_s: The part of it in which an alert was possible, until the first one.
         open_s: The part of it in which an alert was possible and none stood, with the alert taken
@@ -60,7 +60,7 @@ class FlightWatch(Model):
         not_judged: Why nothing could have seen a carry-off in the whole flight, None if something
             could.
         visible: The pull that would have been seen, see `worth.visible`.
-        poor_receiver: In what the receiver was poor by its own word, empty if it was good.
+        poor_receiver: In what the receiver was poor by its own claim, empty if it was good.
         late_gps: By how much the GPS lagged at least, empty if it was no later than receivers are.
     """
 

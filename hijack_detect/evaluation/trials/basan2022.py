@@ -1,11 +1,11 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The experiment of Basan et al. 2022, §3: flights whose GPS is forged softly or hard.
 
-The paper gives the standard deviation of the forged altitude (Table 4) and says which parameters
+The paper gives the standard deviation of the forged altitude (Table 4) and names which parameters
 each mode forges (§3.1); everything else is chosen here, before any result was seen. Soft: the
 altitude, the number of satellites (9 to 19, the fifth experiment of Table 1) and the noise level.
 Hard: also position and velocity, with noise of their own, on a position that moves to the
-attacker's side; in the second hard mode faster. Every value is drawn anew for every fix.
+attacker's side; in the second hard mode faster. Every value is drawn for every fix.
 
 `smooth` is not in the paper: the soft mode with values that wander slowly, as a careful attacker
 would let them.

@@ -34,7 +34,7 @@ class CaseRun:
     """One flight after its run.
 
     Attributes:
-        run: What was said about it.
+        run: The monitor's outputs.
         attack: The attack on it, None if it is clean.
         end_ns: Stamp at which it ends, nanoseconds.
     """
@@ -94,7 +94,7 @@ def class_of(case: Case, attack: Attack | None) -> str:
     """The class of a flight, now that it is known whether it was attacked.
 
     Raises:
-        ValueError: It is labelled as hijacked, and nothing says when.
+        ValueError: It is labelled as hijacked without a time.
     """
     if attack is None and case.kind == HIJACKED:
         raise ValueError(f"{case.name}: is labelled as hijacked, but nothing says when")
@@ -103,7 +103,7 @@ def class_of(case: Case, attack: Attack | None) -> str:
 
 @dataclass(frozen=True)
 class CorpusLabel:
-    """What the `labels.json` of a folder says of one flight, times in seconds from its start.
+    """Entry of a folder's `labels.json` for one flight, times in seconds from its start.
 
     Attributes:
         vehicle: Name of the vehicle.
@@ -131,7 +131,7 @@ class BagCase:
     label: CorpusLabel | None = None
 
     def __repr__(self) -> str:
-        """With the whole URL of a bag that is elsewhere, which its path does not tell."""
+        """With the whole URL of a bag that is elsewhere, which its path does not have."""
         fields = (str(self.path), self.name, self.kind, self.scenario, self.label)
         return f"BagCase({', '.join(map(repr, fields))})"
 

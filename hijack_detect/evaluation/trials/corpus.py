@@ -29,7 +29,7 @@ def corpus_cases(folder: Path, scenario: Scenario | None = None, onsets: int = 0
 
     A flight is labelled by the `labels.json` of a folder above it, or by its own `label.json`.
     Without a label, or with a broken one of its own, it is of class `unlabelled`: clean, unless
-    its topics tell of an attack. A broken label of its own is reported when the case runs.
+    its topics have an attack. A broken label is reported when the case runs.
 
     Args:
         folder: Where to look.
@@ -115,7 +115,7 @@ def read_labels(folder: Path) -> dict[Path, tuple[str, CorpusLabel]]:
     else. A folder without the file has no labels.
 
     Raises:
-        BagError: The file cannot be used; the text says why.
+        BagError: The file cannot be used; the text gives the reason.
     """
     path = folder / LABELS
     if not path.is_file():

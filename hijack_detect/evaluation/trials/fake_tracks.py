@@ -17,7 +17,7 @@ SPEED = 10.0
 """Speed of the array, m/s; it is scaled to that of the flight."""
 TRACKS = ("straight", "turn", "s_shape")
 """Fake tracks, the same on every real route. On a straight route even the straight one leads the
-vehicle away: nothing that it reports tells the autopilot of the wind and of its own errors."""
+vehicle away: nothing in it shows the autopilot the wind and its own errors."""
 
 
 def fake_track(

@@ -6,7 +6,7 @@ routes, and 50 flights that are hijacked. There an array of fake fixes takes the
 receiver from a time set in advance. The fake track goes on in the direction of flight, straight
 or turning, and the autopilot, which believes it, flies the real vehicle off its route.
 
-The paper does not say where its fake fixes came from. Drawn by computer, as in `feng2018`, their
+The paper does not state where its fake fixes came from. Drawn by computer, as in `feng2018`, their
 course is exactly constant between turns, which no receiver's is. `feng2018_noisy` is the same
 with noise on the fake fixes, as if they had been recorded.
 """

@@ -78,7 +78,7 @@ def record(case: Case, parameters: MonitorParameters) -> Recorded:
 
 
 def judge(recorded: Recorded, make: Callable[[], Component]) -> list[Verdict]:
-    """Run one detector over a recorded flight: what it would have said in the monitor."""
+    """Run one detector over a recorded flight: as in the monitor."""
     stage = Stage(make)
     return [
         verdict

@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""What a flight says of its own sensors: the GPS's lag, and the IMU's noise.
+"""Sensor properties estimated from a flight: the GPS's lag, and the IMU's noise.
 
 Both are figures of one vehicle that the package needs and no data sheet gives. They come from
 the estimators' outputs over a clean flight, see `recorded`.
@@ -69,7 +69,7 @@ def gps_lag(recorded: Recorded) -> Lag | None:
 
     The DATE comparison (Feng et al. 2018, §3.4) with a short window is run at every lag of a
     grid; a parabola through the three best mean squares gives the lag between them. None where
-    the flight does not tell: no GPS velocity, too little acceleration, or no minimum inside.
+    the flight does not show it: no GPS velocity, too little acceleration, or no minimum inside.
     """
     stamps = [s.stamp_ns for _, s in recorded.samples if isinstance(s, VelocitySample)]
     if len(stamps) < 2:

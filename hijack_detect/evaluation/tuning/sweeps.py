@@ -172,7 +172,7 @@ def verdicts_at(
     parameter: str,
     values: Sequence[float],
 ) -> list[list[Verdict]]:
-    """What a detector says of a flight at each value of one of its parameters."""
+    """Verdicts of a detector on a flight at each value of one of its parameters."""
     part = next(part for part in parameters.parts if part.name == method)
     changed = (parameters.having(method, **{parameter: value}) for value in values)
     return [judge(flight, partial(component_of, part, one[method])) for one in changed]

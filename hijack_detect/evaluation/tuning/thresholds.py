@@ -117,7 +117,7 @@ def date_alarms(
 
 
 def at_threshold(verdicts: Sequence[Verdict], threshold: float, persist_s: float) -> list[Verdict]:
-    """What a detector whose score stands on its own would have said at another threshold."""
+    """Verdicts of a detector at another threshold, where its score does not depend on it."""
     persistence = Persistence(persist_s)
     judged = []
     for verdict in verdicts:
@@ -131,7 +131,7 @@ def at_threshold(verdicts: Sequence[Verdict], threshold: float, persist_s: float
 
 
 def _judged_s(verdicts: Sequence[Verdict]) -> float:
-    """Seconds in which something was said of the GPS, by the usual time between verdicts."""
+    """Seconds in which the GPS was judged, by the usual time between verdicts."""
     if len(verdicts) < 2:
         return 0.0
     step = float(np.median(np.diff([verdict.stamp_ns for verdict in verdicts]))) / 1e9

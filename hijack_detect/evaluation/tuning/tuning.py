@@ -2,7 +2,7 @@
 """The baseline procedure of Feng et al. 2018, §5, for one vehicle: fly clean, then adjust.
 
 From clean flights come the GPS's lag, the IMU's noise, and thresholds for a requested rate of
-false alarms. What the thresholds are worth is told by flights that they were not chosen on,
+false alarms. What the thresholds are worth is measured on flights that they were not chosen on,
 each by the thresholds of all the others, and by attacks: those in the flights, and scenarios
 injected into the clean ones.
 """
@@ -39,13 +39,13 @@ BROKEN_S = 2.0
 
 @dataclass(frozen=True)
 class Survey:
-    """What a clean flight says of its vehicle.
+    """Measurements of a vehicle from a clean flight.
 
     Attributes:
         name: The flight.
         hours: Its length.
         day: Date (UTC, ISO) of its first stamp.
-        lag: The GPS's lag, None if the flight does not tell.
+        lag: The GPS's lag, None if the flight does not show it.
         noise: The IMU's noise, None if it never moved.
         fix_interval_s: Usual time between fixes, seconds.
         onsets_s: For each scenario when to begin it, empty where it does not fit in.
@@ -142,7 +142,7 @@ class Tuning:
         given: The policy's parameters.
         parameters: All parameters, the tuned ones in their place.
         surveys: Of each clean flight.
-        lag_s: Median lag and the range of the middle half, seconds; None if no flight tells.
+        lag_s: Median lag and the range of the middle half, seconds; None if no flight shows it.
         choices: Threshold by detector, or why it was kept.
         before: The clean flights under the policy's own parameters.
         held_out: Each clean flight under the parameters chosen on all others; empty for one
@@ -206,7 +206,7 @@ def tune(
         per_hour: Requested false alarms per hour of each detector.
         scenarios: Attacks to inject into the clean flights.
         pool: Where the flights are run.
-        progress: Told of every step.
+        progress: Called at every step.
 
     Raises:
         ValueError: No clean flight can be read.

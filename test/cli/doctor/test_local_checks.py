@@ -134,7 +134,7 @@ def test_any_domain_is_a_finding(text: str) -> None:
     [
         ({}, Level.OK, "SUBNET"),
         ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}, Level.OK, "LOCALHOST"),
-        ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF"}, Level.FAIL, "no node hears another"),
+        ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF"}, Level.FAIL, "no node discovers another"),
         ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "local"}, Level.FAIL, "is 'local'"),
         ({"ROS_LOCALHOST_ONLY": "1"}, Level.WARN, "deprecated"),
         (
