@@ -127,7 +127,7 @@ def test_others_are_warned_of_and_namespace_and_mavros_choose_the_topics(graph: 
     arguments = ("--host", "0.0.0.0", "--port", "0", "--namespace", "uav1", "--mavros")
     viewer = graph.run("hijack_detect.cli.main", "live", *arguments)
     viewer.wait_for("/\n")
-    assert "warning: whoever reaches this address sees where the vehicle is" in viewer.output
+    assert "warning: anyone who reaches this address sees the vehicle's position" in viewer.output
     fix = "/uav1/mavros/global_position/raw/fix"
     assert f"subscribes to /uav1/*/verdict, /uav1/hijack_alert and {fix}" in viewer.output
     graph.spin_until(lambda: graph.node.count_subscribers(fix), "its subscription")
