@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""What is measured, each in a process of its own.
+"""Jobs that are measured, each in a separate process.
 
     python benchmarks/jobs.py NAME BAG
 

@@ -3,7 +3,7 @@
 
 A simulated flight is played at its own pace, 200 Hz of Imu and 10 Hz of fixes and velocities, to
 (a) the nodes as processes, (b) all of them in one, and (c) a node that only receives. Load is
-measured on the clean part, with nobody but a mission manager listening. Then a carry-off pulls
+measured on the clean part, with a mission manager as the only subscriber. Then a carry-off pulls
 harder and harder, and each alert is taken back at once, so that a fix soon decides the next one:
 the latency is the time from publishing the fix with the alert's stamp until hijack_alert arrives,
 beside that of a bare answer of (c), which is two hops. Loss is counted at 1000 Hz.

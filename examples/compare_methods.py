@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""What each method says of a flight before and after its GPS is pulled away. Needs no ROS.
+"""Verdicts of each method before and after the GPS of a flight is pulled away. Needs no ROS.
 
 python examples/compare_methods.py bags/curved_8
 """

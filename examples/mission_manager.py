@@ -1,11 +1,11 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""A mission manager that trusts the monitor only as far as it hears from it.
+"""A mission manager that acts on alerts and on silence of the monitor.
 
     python examples/mission_manager.py
 
 Subscribes hijack_alert and landed (Bool). Publishes mission/command (String): `land` on an alert,
-`hold` while the monitor is silent, `go on` when it is heard again. After landing it takes the
-alert back with fusion/reset, the acknowledgement that somebody has seen it.
+`hold` while the monitor is silent, `go on` when it publishes again. After landing it takes the
+alert back with fusion/reset, the acknowledgement that it was seen.
 
 Copy what you need: `Guard` decides and knows nothing of ROS, `MissionManager` wires it.
 """
@@ -28,20 +28,20 @@ from hijack_detect.nodes.qos import ALERT, STATE
 SILENT_S = 2.5
 """The alert is repeated every second: two repetitions are missing."""
 START_S = 30.0
-"""The monitor may take so long to start."""
+"""The monitor may take this long to start."""
 GO_ON, HOLD, LAND = "go on", "hold", "land"
 
 
 class Guard:
-    """What to do, from what the monitor says and from what it does not say. Times in seconds."""
+    """Decision from the monitor's messages and from their absence. Times in seconds."""
 
     def __init__(self, now_s: float) -> None:
-        """Begin; the monitor has START_S to say something."""
+        """Begin; the monitor has START_S to publish."""
         self._silent_from_s = now_s + START_S
         self.command = GO_ON
 
-    def heard(self, now_s: float, *, alert: bool) -> str:
-        """The monitor has said whether there is an alert."""
+    def received(self, now_s: float, *, alert: bool) -> str:
+        """A message of `hijack_alert` was received."""
         self._silent_from_s = now_s + SILENT_S
         if alert:
             self.command = LAND
@@ -67,28 +67,28 @@ class MissionManager(Node):
         """Subscribe and advertise."""
         super().__init__("mission_manager")
         self._guard = Guard(time.monotonic())
-        self._said = ""
+        self._published = ""
         self._commands = self.create_publisher(String, "mission/command", STATE)
-        # DDS tells of a missing repetition and of a hanging node; the timer below would do alone.
+        # DDS reports a missing repetition and a hanging node; the timer alone would do as well.
         events = SubscriptionEventCallbacks(
             deadline=lambda _: self.get_logger().warning("the monitor is late"),
             liveliness=self._liveliness,
         )
-        self.create_subscription(Bool, "hijack_alert", self._hear, ALERT, event_callbacks=events)
+        self.create_subscription(Bool, "hijack_alert", self._alert, ALERT, event_callbacks=events)
         self.create_subscription(Bool, "landed", self._landed, 1)
         self._reset = self.create_client(Trigger, "fusion/reset")
-        # A clock that nobody can set or pause, not even a simulation.
+        # A clock that cannot be set or paused, not even by a simulation.
         self.create_timer(0.2, self._wait, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def _liveliness(self, change: object) -> None:
         alive = getattr(change, "alive_count", 0)
         self.get_logger().info(f"{alive} monitors are alive")
 
-    def _hear(self, message: Bool) -> None:
-        self._tell(self._guard.heard(time.monotonic(), alert=message.data))
+    def _alert(self, message: Bool) -> None:
+        self._command(self._guard.received(time.monotonic(), alert=message.data))
 
     def _wait(self) -> None:
-        self._tell(self._guard.waited(time.monotonic()))
+        self._command(self._guard.waited(time.monotonic()))
 
     def _landed(self, message: Bool) -> None:
         if message.data and self._guard.command == LAND and self._reset.service_is_ready():
@@ -96,9 +96,9 @@ class MissionManager(Node):
                 lambda _: self._guard.acknowledged()
             )
 
-    def _tell(self, command: str) -> None:
-        if command != self._said:
-            self._said = command
+    def _command(self, command: str) -> None:
+        if command != self._published:
+            self._published = command
             self.get_logger().info(f"command: {command}")
             self._commands.publish(String(data=command))
 

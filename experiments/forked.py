@@ -140,7 +140,7 @@ class _Onset(Generic[A]):
         return self._beyond > 1
 
     def runs(self) -> Iterator[tuple[A, OfflineRun]]:
-        """Each attack on a copy of the monitor of its own."""
+        """Each attack on its own copy of the monitor."""
         for attack, reports in self._attacks:
             run = OfflineRun(self._start_ns)
             samples = self._attacked(reports, run)

@@ -77,7 +77,7 @@ class Degraded:
 
         Args:
             seed: Of their drawing.
-            until_ns: From this stamp on they fade; the receiver goes on saying that it is poor.
+            until_ns: From this stamp on they fade; the receiver goes on reporting that it is poor.
         """
         self._rng, self._until_ns = np.random.default_rng(seed), until_ns
         self._velocity, self._position = np.zeros(3), np.zeros(3)
@@ -122,7 +122,7 @@ class CarryOff:
 
     Attributes:
         stamp_ns: Stamp of that fix.
-        acceleration: m/s²; 0 for a receiver that nobody carries off.
+        acceleration: m/s²; 0 without a carry-off.
         bearing_deg: Direction, clockwise from North.
         displaced_m: What the first fix is off by at once, in the same direction.
     """
@@ -134,7 +134,7 @@ class CarryOff:
 
     @property
     def reach_s(self) -> float:
-        """Time until the separation is REACH_M; as long at SPEED where nobody is carried off."""
+        """Time until the separation is REACH_M; the time at SPEED without a carry-off."""
         if not self.acceleration:
             return REACH_M / SPEED
         rising_s = SPEED / self.acceleration

@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""What does an attacker gain who jams the receiver before he carries the vehicle off?
+"""What does an attacker gain by jamming the receiver before a carry-off?
 
     python -m experiments.jamming build/jamming FLIGHT... [--acceleration 1.0] [--most 4]
 

@@ -4,7 +4,7 @@
     python -m experiments.kld_thresholds                           # 100 simulated flights
     python -m experiments.kld_thresholds ../shared/flights/bags    # recorded ones, all clean
 
-The simulated flights have seeds of their own, which no protocol judges. The faithful thresholds
+The simulated flights have their own seeds, which no protocol judges. The faithful thresholds
 are 1.5 times their largest values; the hardened ones are twice the largest of the recorded flights
 of every kind, and above those of the simulated.
 """

@@ -180,12 +180,12 @@ def vehicles_table(rows: Rows) -> TextTable:
 
 
 def detectors_table(rows: Rows) -> TextTable:
-    """Who decides each limit, what the limit is without that vehicle, and what is beyond it."""
+    """The vehicle that decides each limit, the limit without it, and what is beyond that."""
     found = []
     for name in DETECTORS:
         one = chosen(rows, name)
         order = sorted(one.within.items(), key=lambda pair: -pair[1])
-        if len(order) < 2:  # nobody to choose by, or to show it on
+        if len(order) < 2:  # no vehicle to choose by, or to show it on
             found.append((name, str(len(order)), *(NONE,) * 7))
             continue
         (first, most), (second, next_most) = order[:2]

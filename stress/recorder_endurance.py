@@ -38,7 +38,7 @@ def on_disk(folder: Path) -> int:
 
 
 def written(flown: Recorded) -> int:
-    """Fixes that the recorder says it has written."""
+    """Fixes that the recorder reports as written."""
     one = flown.status()
     return 0 if one is None else int(values_of(one).get("written fixes", "0"))
 

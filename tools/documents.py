@@ -51,7 +51,7 @@ def kept(paths: Mapping[str, Path]) -> dict[str, Any]:
 
 
 def write(path: Path, text: str) -> None:
-    """Write a file at once: whoever reads it finds all of it or what was there before."""
+    """Write a file atomically: a reader finds all of it or what was there before."""
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_suffix(f"{path.suffix}.part")
     part.write_text(text, encoding="utf-8")

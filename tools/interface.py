@@ -99,7 +99,7 @@ def short(kinds: Sequence[str]) -> str:
 
 
 def parameters_of(node: str) -> type[Parameters] | None:
-    """The parameter set of a node, None if it has none of its own."""
+    """The parameter set of a node, None if it has none."""
     known = {"bag_replay": ReplayParameters, COMPOSED: CompositionParameters, **OTHER_NODES}
     return {**known, **{part.node: part.parameters for part in PARTS}}.get(node)
 

@@ -92,7 +92,7 @@ def policy(enclave: str, profiles: Mapping[str, Rights]) -> str:
 
 @contextlib.contextmanager
 def graph() -> Iterator[None]:
-    """A graph of its own for the processes that are started."""
+    """A separate graph for the processes that are started."""
     os.environ.update(ROS_AUTOMATIC_DISCOVERY_RANGE="LOCALHOST", ROS_DOMAIN_ID=str(DOMAIN))
     rclpy.init()
     try:

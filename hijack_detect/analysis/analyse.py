@@ -273,7 +273,7 @@ def first_hit(alerts: list[AlertSpan], attack: Attack | None) -> AlertSpan | Non
 
 
 def outcome_of(alerts: list[AlertSpan], attack: Attack | None, *, labelled: bool) -> Outcome:
-    """Judge the first alert; `labelled` says that a flight without attack is known to be clean."""
+    """Judge the first alert; `labelled`: a flight without attack is known to be clean."""
     if attack is None:
         if alerts:
             return Outcome.FALSE_ALERT if labelled else Outcome.ALERT_UNLABELLED

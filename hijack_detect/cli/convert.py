@@ -26,7 +26,7 @@ NAMESPACE = click.option(
 
 
 def sensor_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Add the options that say which sensors of a log to take."""
+    """Add the options that choose the sensors of a log."""
     return IMU(GPS(NAMESPACE(command)))
 
 

@@ -39,7 +39,7 @@ def demo(
 ) -> None:
     """Replay a flight, spoof its GPS, and show the alert.
 
-    Every node runs as a process of its own over DDS. Exits with 0 only if the alert came inside
+    Every node runs as a separate process over DDS. Exits with 0 only if the alert came inside
     the attack and not before it (without an attack: if there was none), with 1 otherwise.
     """
     from hijack_detect.cli.demo import DemoOptions, run_demo  # noqa: PLC0415  needs ROS

@@ -25,7 +25,7 @@ from hijack_detect.streams.samples import NANOSECONDS
 def inject(bag: Path, out: Path, scenario: str, onset: float | None) -> None:
     """Write the bag OUT: the flight IN with an attack, and the truth beside it.
 
-    /spoof_active tells with each fix whether it is spoofed, /truth/measured_fix keeps the fixes as
+    /spoof_active marks each fix as spoofed or not, /truth/measured_fix keeps the fixes as
     they were. The flight itself stays as it was flown: this is an open-loop attack.
     """
     from hijack_detect.bags.reader import BagReader  # noqa: PLC0415  slow to load

@@ -87,7 +87,7 @@ class NodeProcesses:
 def interrupt_held() -> Iterator[list[int]]:
     """Let Ctrl-C wait until the block is left, and raise KeyboardInterrupt there.
 
-    In the middle of a start it would leave a process that nobody stops, and in a callback of
+    In the middle of a start it would leave a process running, and in a callback of
     the executor it would be lost. The list yielded has an entry once it was pressed.
     """
     pressed: list[int] = []

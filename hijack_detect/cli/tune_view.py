@@ -79,12 +79,12 @@ def proof(hours: float, per_hour: float) -> str:
 
 def _lag(tuning: Tuning) -> str:
     if tuning.lag_s is None:
-        return "GPS lag: no flight accelerates enough to tell, kept as it was."
+        return "GPS lag: no flight accelerates enough to show it, kept as it was."
     count = sum(one.lag is not None for one in tuning.surveys)
     middle, low, high = tuning.lag_s
     return (
         f"GPS lag: {middle:.3f} s (middle half {low:.3f} to {high:.3f} s, {count} of "
-        f"{len(tuning.surveys)} flights tell)."
+        f"{len(tuning.surveys)} flights show it)."
     )
 
 
@@ -96,7 +96,7 @@ def _noise(tuning: Tuning) -> list[str]:
     """
     found = [one.noise for one in tuning.surveys if one.noise is not None]
     if not found:
-        return ["IMU noise: no flight is long enough to tell."]
+        return ["IMU noise: no flight is long enough to show it."]
     kept = tuning.parameters.of(AttitudeParameters)
     return [
         f"{what} noise: {middle_half(values)[0]:.2g} {unit} between samples, vibration included. "

@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""Detectors of the user's own, each a class in a file."""
+"""User detectors, each a class in a file."""
 
 from __future__ import annotations
 

@@ -1,2 +1,2 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""Faults injected into the running monitor, and how soon it says so."""
+"""Faults injected into the running monitor, and how soon it reports them."""

@@ -3,7 +3,7 @@
 
     python -m stress.faults build/bench docs/reliability.md
 
-Each takes 100 s; `--jobs` of them run at a time, each in a ROS domain of its own. What was found is
+Each takes 100 s; `--jobs` of them run at a time, each in its own ROS domain. What was found is
 kept in FOLDER/faults, and not measured again.
 """
 
@@ -60,27 +60,27 @@ def table(found: dict[str, dict[str, Any]]) -> TextTable:
     rows = []
     for name, one in found.items():
         alert = "" if one["alert_s"] is None else f"at {one['alert_s']:.1f} s"
-        said = "" if one["said"] is None else one["said"].replace(" ", ": ", 1)
-        row = (CASES[name].words, said, seconds(one["after_s"]), seconds(one["back_s"]))
+        first = "" if one["said"] is None else one["said"].replace(" ", ": ", 1)
+        row = (CASES[name].words, first, seconds(one["after_s"]), seconds(one["back_s"]))
         rows.append((*row, seconds(one["longest_silence_s"]), alert))
     return TextTable("", HEADS, tuple(rows))
 
 
 def adversary_table(found: dict[str, dict[str, Any]]) -> TextTable:
-    """One row an attacker: what a mission manager heard, and what the monitor warned of."""
+    """One row an attacker: what a mission manager received, and what the monitor warned of."""
     rows = []
     for name, one in found.items():
-        heard = [
+        changes = [
             f"{str(alert).lower()} at {at_s:.1f} s"
             for at_s, alert in one["heard"]
             if at_s > BEGIN_S
         ]
-        if len(heard) > MOST_CHANGES:
-            heard[MOST_CHANGES - 1 :] = [f"{len(heard)} changes in all"]
-        told = next((text for text in one["warnings"] if "publishers on" in text), None)
-        told = told or next((text for text in one["warnings"] if "reset" in text), "")
+        if len(changes) > MOST_CHANGES:
+            changes[MOST_CHANGES - 1 :] = [f"{len(changes)} changes in all"]
+        warning = next((text for text in one["warnings"] if "publishers on" in text), None)
+        warning = warning or next((text for text in one["warnings"] if "reset" in text), "")
         silence = f"{one['longest_silence_s']:.1f} s"
-        rows.append((CASES[name].words, ", ".join(heard), silence, told.split(":")[0]))
+        rows.append((CASES[name].words, ", ".join(changes), silence, warning.split(":")[0]))
     return TextTable("", ADVERSARY_HEADS, tuple(rows))
 
 

@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""Somebody who can publish on the ROS graph."""
+"""Attackers that can publish on the ROS graph."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def forged_bool(topic: str, *, value: bool) -> MakeAttacker:
 
 
 def forged_verdict(detector: str, state: State, *, ahead_ns: int = 1) -> MakeAttacker:
-    """Says with every fix what a detector is to have said, stamped after that fix."""
+    """Publishes with every fix a forged verdict of a detector, stamped after that fix."""
 
     def make(node: Node) -> Attacker:
         outlet = node.create_publisher(DiagnosticArray, f"{detector}/verdict", INTERNAL)

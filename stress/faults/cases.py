@@ -52,7 +52,7 @@ class Case:
         signals: What the process `victim` gets at the begin of the fault.
         victim: Its node.
         arguments: Further ROS arguments of the monitor.
-        attacker: Who acts beside the flight.
+        attacker: Second publisher beside the flight.
         spoofed_s: When the flight is carried off; None if it is not.
         reliable: Whether the inputs are published reliable; else best effort.
         place: Where the flight is.

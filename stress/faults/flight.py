@@ -17,7 +17,7 @@ from hijack_detect.streams.cdr import stamp_from_bytes, with_stamp
 from hijack_detect.streams.samples import NANOSECONDS
 
 BEGIN_S, END_S, FLIGHT_S = 45.0, 55.0, 95.0
-"""A fault lasts from BEGIN_S to END_S, or to the end, and the flight so long."""
+"""A fault lasts from BEGIN_S to END_S, or to the end, and the flight this long."""
 IMU_HZ = 200
 HEADERLESS = ("/gps/satellites",)
 
@@ -88,7 +88,7 @@ def lossy(share: float) -> Fault:
 
 
 def late(most_s: float, least_s: float = 0.0, *topics: str) -> Fault:
-    """Messages come later by up to so much; those of one topic stay in order."""
+    """Messages come later by up to this much; those of one topic stay in order."""
     rng = random.Random(2)
 
     def delayed(sent: Sequence[Sent]) -> list[Sent]:
@@ -131,7 +131,7 @@ def twice(sent: Sequence[Sent]) -> list[Sent]:
 
 
 def clock(seconds: float) -> Fault:
-    """The clock behind all stamps is set by so much."""
+    """The clock behind all stamps is set by this much."""
     shift_ns = round(seconds * NANOSECONDS)
     return lambda sent: [
         one.restamped(lambda ns: ns + shift_ns) if one.at_s >= BEGIN_S else one for one in sent

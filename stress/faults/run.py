@@ -35,7 +35,7 @@ JUDGED = ("normal", "suspicious", "alarm")
 
 
 class Watch(Node):
-    """Plays the flight and notes what the monitor says, in seconds of the flight."""
+    """Plays the flight and records the monitor's outputs, in seconds of the flight."""
 
     def __init__(self, reliable: bool) -> None:
         """Listen."""
@@ -45,10 +45,10 @@ class Watch(Node):
         )
         self.begun = 0.0
         self.states: list[tuple[float, str, str, bool]] = []
-        """When, state, who is missing, and whether there is an alert, at each change."""
+        """When, state, missing detectors, and whether there is an alert, at each change."""
         self.words: list[float] = []
-        """When hijack_alert was heard,"""
-        self.heard: list[tuple[float, bool]] = []
+        """When hijack_alert was received,"""
+        self.received: list[tuple[float, bool]] = []
         """and when it changed."""
         self.outlets: dict[str, Any] = {}
         self.create_subscription(Bool, "hijack_alert", self._alert, STATE)
@@ -77,16 +77,16 @@ class Watch(Node):
     def _alert(self, message: Bool) -> None:
         if self.flying:
             self.words.append(self.now_s())
-            if not self.heard or self.heard[-1][1] != message.data:
-                self.heard.append((self.words[-1], message.data))
+            if not self.received or self.received[-1][1] != message.data:
+                self.received.append((self.words[-1], message.data))
 
     def _state(self, message: DiagnosticArray) -> None:
         for one in message.status:
             if one.name != "/fusion: hijack alert" or not self.flying:
                 continue
-            said = {pair.key: pair.value for pair in one.values}
-            state = said.get("state", "silent")
-            news = (state, said.get("degraded", ""), said.get("alert") == "true")
+            values = {pair.key: pair.value for pair in one.values}
+            state = values.get("state", "silent")
+            news = (state, values.get("degraded", ""), values.get("alert") == "true")
             if not self.states or self.states[-1][1:] != news:
                 self.states.append((self.now_s(), *news))
 
@@ -163,7 +163,7 @@ def play(case: Case, sent: Sequence[Sent], watch: Watch, processes: Processes) -
 
 
 def found(watch: Watch, output: str, codes: Sequence[int]) -> dict[str, Any]:
-    """What the monitor has said, by seconds of the flight."""
+    """Outputs of the monitor, by seconds of the flight."""
     gaps = [after - before for before, after in zip(watch.words, watch.words[1:], strict=False)]
     warned = [line.split("]: ", 1)[-1] for line in output.splitlines() if "[WARN]" in line]
     fault = [one for one in watch.states if one[0] >= BEGIN_S]
@@ -182,7 +182,7 @@ def found(watch: Watch, output: str, codes: Sequence[int]) -> dict[str, Any]:
         "last": watch.states[-1][1] if watch.states else None,
         "longest_silence_s": max(gaps, default=None),
         "states": watch.states,
-        "heard": watch.heard,
+        "heard": watch.received,
         "exit_codes": list(codes),
         "warnings": sorted(set(warned)),
     }

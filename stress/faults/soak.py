@@ -44,7 +44,7 @@ PATH = click.Path(path_type=Path)
 DOMAIN = "93"
 FLIGHT_S, APART_S, IMU_HZ, GPS_HZ = 600.0, 30.0, 100, 5
 AHEAD_NS, BATCH_NS = 3 * NANOSECONDS, NANOSECONDS
-"""The monitor may be behind by so much, and is given so much at a time."""
+"""The monitor may be behind by this much, and is given this much at a time."""
 STUCK_S = 1.0
 """It is not waited for any longer: at the end of a flight nothing follows."""
 HOURS = (1, 3, 6, 12, 18, 24)

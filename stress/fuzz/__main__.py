@@ -32,7 +32,7 @@ HEADS = ("given", "inputs tried", "accepted", "branches reached", "defects")
 
 
 def run(folder: Path, seconds: int, name: str) -> dict[str, Any]:
-    """Try one parser for so long."""
+    """Try one parser for a time."""
     here = folder / "fuzz" / name
     here.mkdir(parents=True, exist_ok=True)
     options = [
@@ -86,8 +86,8 @@ def main(folder: Path, document: Path, only: tuple[str, ...], seconds: int, jobs
         for name, one in zip(
             names, track(results, "parsers", len(names), console=Console(stderr=True)), strict=True
         ):
-            said = "a DEFECT, see log.txt" if one["defect"] else "no defect"
-            click.echo(f"{name}: {one['tried']} tried, {one['accepted']} accepted, {said}")
+            result = "a DEFECT, see log.txt" if one["defect"] else "no defect"
+            click.echo(f"{name}: {one['tried']} tried, {one['accepted']} accepted, {result}")
     found = kept({name: folder / "fuzz" / name / "found.json" for name in TARGETS})
     fill(document, lambda what: table(found) if what == "fuzz" else None)
     sys.exit(any(one["defect"] for one in found.values()))

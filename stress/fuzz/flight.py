@@ -85,7 +85,7 @@ class Flown:
             pass
 
     def __call__(self, data: bytes) -> bool:
-        """Whether every message was accepted; what is said must be numbers."""
+        """Whether every message was accepted; all outputs must be numbers."""
         monitor = copy.deepcopy(self._monitor)
         refused = False
         for name, sample in self._tampered(data):
@@ -147,7 +147,7 @@ def _check(part: str, output: Any) -> None:
         assert isinstance(output, CourseSample)
         numbers = (output.qz, output.qw)
     if not all(map(math.isfinite, numbers)):
-        raise AssertionError(f"{part} says {output}")
+        raise AssertionError(f"{part} puts out {output}")
 
 
 def monitor_seeds(_: Path) -> list[bytes]:

@@ -14,7 +14,7 @@ with atheris.instrument_imports(include=["hijack_detect", "rosbags", "yaml"]):
 
 
 def main(name: str, folder: Path, options: list[str]) -> None:
-    """Try until an option of libFuzzer says that it is enough, or something is found."""
+    """Try until an option of libFuzzer ends it, or something is found."""
     target = TARGETS[name]
     work, corpus = folder / "work", folder / "corpus"
     for one in (work, corpus):

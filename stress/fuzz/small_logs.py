@@ -36,7 +36,7 @@ def ticks(hz: int) -> range:
 
 
 def ulog(path: Path) -> Path:
-    """A PX4 ULog, with a message of an id that nobody announced."""
+    """A PX4 ULog, with a message of an undeclared id."""
 
     def message(kind: bytes, content: bytes) -> bytes:
         return struct.pack("<Hc", len(content), kind) + content

@@ -161,7 +161,7 @@ def _table_seeds(folder: Path) -> list[bytes]:
 
 
 def _offline_message(folder: Path) -> Attempt:
-    """The first byte says which input; an Imu is read in two ways, which must agree."""
+    """The first byte chooses the input; an Imu is read in two ways, which must agree."""
     with BagReader(small_bag(folder / "tried" / "bag")) as reader:
         pass  # only its types are needed
     names = list(CONVERT)

@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""Writes the transcripts anew, or says whether every bit is the same.
+"""Writes the transcripts, or reports whether every bit is the same.
 
 python -m stress.transcripts            writes stress/transcripts/*.txt
 python -m stress.transcripts --digest   prints a hash of every bit of each replay

@@ -61,7 +61,7 @@ def digests(python: Path, *options: str) -> str:
     return done.stdout
 
 
-def told(what: str, found: Found) -> bool:
+def printed(what: str, found: Found) -> bool:
     """Print the hashes and whether they are the same."""
     print(what)
     for version, text in found.items():
@@ -80,8 +80,8 @@ def main(folder: Path) -> int:
     for one in installed.values():
         install(one, COMMON)
     bits = {version: digests(one) for version, one in installed.items()}
-    same = told("transcripts, each with its own NumPy", missing | texts)
-    return int(not (told(f"every bit, {COMMON}", missing | bits) and same))
+    same = printed("transcripts, each with its own NumPy", missing | texts)
+    return int(not (printed(f"every bit, {COMMON}", missing | bits) and same))
 
 
 if __name__ == "__main__":

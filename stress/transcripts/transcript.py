@@ -64,7 +64,7 @@ def transcript(run: OfflineRun, number: Write = rounded) -> str:
     """A replay as lines.
 
     Args:
-        run: What was said.
+        run: Outputs.
         number: Writes a score; `repr` keeps every bit.
     """
     return "\n".join(_lines(run, number)) + "\n"
@@ -72,8 +72,8 @@ def transcript(run: OfflineRun, number: Write = rounded) -> str:
 
 def digest(run: OfflineRun) -> str:
     """A hash of every bit of every verdict and result."""
-    said = [*run.verdicts.items(), ("fusion", run.results)]
-    return hashlib.sha256(repr(said).encode()).hexdigest()
+    outputs = [*run.verdicts.items(), ("fusion", run.results)]
+    return hashlib.sha256(repr(outputs).encode()).hexdigest()
 
 
 def _lines(run: OfflineRun, number: Write) -> Iterator[str]:
@@ -91,7 +91,7 @@ def _lines(run: OfflineRun, number: Write) -> Iterator[str]:
     yield " ".join(["stamp_ns", "fusion", *run.verdicts])
     rows: dict[int, list[str]] = {}
     columns = [[(one.stamp_ns, one.confidence) for one in run.results]]
-    columns += [[(one.stamp_ns, one.score) for one in told] for told in run.verdicts.values()]
+    columns += [[(one.stamp_ns, one.score) for one in own] for own in run.verdicts.values()]
     for place, column in enumerate(columns):
         for stamp_ns, score in column:
             row = rows.setdefault(stamp_ns // EVERY_NS, ["-"] * len(columns))

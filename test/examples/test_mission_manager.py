@@ -29,18 +29,18 @@ def test_silence_holds_and_a_word_goes_on() -> None:
     guard = Guard(0.0)
     assert guard.waited(START_S) == GO_ON
     assert guard.waited(START_S + 0.1) == HOLD
-    assert guard.heard(40.0, alert=False) == GO_ON
+    assert guard.received(40.0, alert=False) == GO_ON
     assert guard.waited(40.0 + SILENT_S) == GO_ON
     assert guard.waited(40.1 + SILENT_S) == HOLD
 
 
 def test_an_alert_lands_whatever_comes_until_it_is_acknowledged() -> None:
     guard = Guard(0.0)
-    assert guard.heard(1.0, alert=True) == LAND
+    assert guard.received(1.0, alert=True) == LAND
     assert guard.waited(100.0) == LAND
-    assert guard.heard(101.0, alert=False) == LAND
+    assert guard.received(101.0, alert=False) == LAND
     guard.acknowledged()
-    assert guard.heard(102.0, alert=False) == GO_ON
+    assert guard.received(102.0, alert=False) == GO_ON
 
 
 def test_it_lands_on_an_alert_and_takes_silence_for_a_fault(graph: Graph) -> None:

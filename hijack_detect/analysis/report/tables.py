@@ -24,8 +24,8 @@ from hijack_detect.detectors.verdict import State
 ODD = frozenset({State.SUSPICIOUS, State.ALARM, State.STALE})
 KNOWN_FROM = {
     "scenario": "injected by the scenario",
-    "ground_truth": "as the ground truth in the bag says",
-    "label": "as the label beside the bag says",
+    "ground_truth": "by the ground truth in the bag",
+    "label": "by the label beside the bag",
 }
 
 

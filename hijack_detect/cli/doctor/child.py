@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""Runs what needs ROS in a process of its own: where Fast DDS hangs or dies, it does so there."""
+"""Child process for what needs ROS: where Fast DDS hangs or dies, it does so there."""
 
 from __future__ import annotations
 

@@ -81,7 +81,7 @@ def monitors(alerting: Sequence[str], clocked: Sequence[str], *, clock: bool) ->
     Args:
         alerting: Nodes that publish hijack_alert.
         clocked: Those of them that use simulated time.
-        clock: Whether somebody publishes /clock.
+        clock: Whether /clock has a publisher.
     """
     if len(alerting) > 1:
         text = f"{len(alerting)} publish hijack_alert: {', '.join(alerting)}"
@@ -91,7 +91,7 @@ def monitors(alerting: Sequence[str], clocked: Sequence[str], *, clock: bool) ->
         text = f"{alerting[0]} publishes hijack_alert" if alerting else "none runs in this domain"
         yield Finding("monitor", Level.OK if alerting else Level.INFO, text)
     if clocked and not clock:
-        text = f"use_sim_time is true of {', '.join(clocked)}, and nobody publishes /clock"
+        text = f"use_sim_time is true of {', '.join(clocked)}, and /clock has no publisher"
         mend = "ros2 param set NODE use_sim_time false, or start the replay or the simulator"
         yield Finding("use_sim_time", Level.FAIL, text, mend)
 

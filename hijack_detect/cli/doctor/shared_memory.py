@@ -2,7 +2,7 @@
 """What Fast DDS leaves in shared memory when a process is killed.
 
 Each segment and each port has a lock file (_el exclusive, _sl shared) that its owners keep locked
-with flock. Where nobody holds the lock, nobody is left: so decides `fastdds shm clean` too.
+with flock. A lock that is free has no owner left: `fastdds shm clean` decides the same way.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ MEGABYTE = 1e6
 
 @dataclass(frozen=True)
 class Leftover:
-    """The files of a segment or of a port that nobody holds."""
+    """The files of a segment or of a port without an owner."""
 
     name: str
     files: tuple[Path, ...]
@@ -45,7 +45,7 @@ class Leftover:
 
 
 def leftovers(folder: Path = FOLDER) -> list[Leftover]:
-    """What nobody holds; what belongs to others and cannot be asked is left out."""
+    """Leftovers without an owner; files of other users are left out."""
     locks: dict[str, list[Path]] = {}
     if folder.is_dir():
         for file in sorted(folder.iterdir()):
@@ -60,7 +60,7 @@ def leftovers(folder: Path = FOLDER) -> list[Leftover]:
 
 
 def clean(found: list[Leftover]) -> int:
-    """Remove leftovers that are still nobody's; the number that was."""
+    """Remove leftovers that are still without an owner; return their number."""
     removed = 0
     for one in found:
         locks = [file for file in one.files if LOCK.fullmatch(file.name)]

@@ -4,7 +4,7 @@
 The paper gives the standard deviation of the forged altitude (Table 4) and names which parameters
 each mode forges (§3.1); everything else is chosen here, before any result was seen. Soft: the
 altitude, the number of satellites (9 to 19, the fifth experiment of Table 1) and the noise level.
-Hard: also position and velocity, with noise of their own, on a position that moves to the
+Hard: also position and velocity, with their own noise, on a position that moves to the
 attacker's side; in the second hard mode faster. Every value is drawn for every fix.
 
 `smooth` is not in the paper: the soft mode with values that wander slowly, as a careful attacker

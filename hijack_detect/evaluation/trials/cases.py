@@ -97,7 +97,7 @@ def class_of(case: Case, attack: Attack | None) -> str:
         ValueError: It is labelled as hijacked without a time.
     """
     if attack is None and case.kind == HIJACKED:
-        raise ValueError(f"{case.name}: is labelled as hijacked, but nothing says when")
+        raise ValueError(f"{case.name}: is labelled as hijacked, without a time")
     return case.kind if attack is None or case.scenario is not None else HIJACKED
 
 

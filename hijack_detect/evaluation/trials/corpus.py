@@ -28,7 +28,7 @@ def corpus_cases(folder: Path, scenario: Scenario | None = None, onsets: int = 0
     """Every bag and log below a folder, by name: its path from there.
 
     A flight is labelled by the `labels.json` of a folder above it, or by its own `label.json`.
-    Without a label, or with a broken one of its own, it is of class `unlabelled`: clean, unless
+    Without a label, or with a broken one, it is of class `unlabelled`: clean, unless
     its topics have an attack. A broken label is reported when the case runs.
 
     Args:

@@ -60,7 +60,7 @@ def seeded_onsets(spans: Sequence[Span], latest_s: float, count: int, name: str)
         spans: Begin and end of each piece of forward flight, seconds.
         latest_s: The latest onset, seconds.
         count: How many.
-        name: Seeds the choice, so that every flight has onsets of its own.
+        name: Seeds the choice, so that every flight has its own onsets.
 
     Returns:
         Seconds, to a tenth; none where there is no forward flight of SHORTEST_S.

@@ -98,7 +98,7 @@ class KeptResults(Generic[Result]):
         return hashlib.sha256(key.encode()).hexdigest()
 
     def write(self) -> None:
-        """Write what waits into a file of its own, which is whole or not there."""
+        """Write what waits into a new file, which is whole or not there."""
         import pyarrow as pa  # noqa: PLC0415
         import pyarrow.parquet as pq  # noqa: PLC0415
 
