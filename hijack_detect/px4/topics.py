@@ -20,22 +20,31 @@ class Px4BridgeParameters(Parameters):
         "Where PX4's topics are. Relative to the namespace of the node: in uav1 it is "
         "/uav1/fmu/out, which is where PX4 has them when its client is started with -n uav1. "
         "Give a name with a leading slash for another place.",
+        source="PX4: the topics of its uXRCE-DDS client",
+        basic=True,
     )
     imu: str = param(
         "sensor_combined",
         "Topic of the IMU under `prefix`: sensor_combined (the selected one) or vehicle_imu.",
+        source=(
+            "PX4: in the default dds_topics.yaml; sensor_combined is the sensor that its EKF2 "
+            "selected"
+        ),
     )
     gps: str = param(
         "vehicle_gps_position",
         "Topic of the GPS under `prefix`: vehicle_gps_position (what PX4 uses) or sensor_gps.",
+        source="PX4: in the default dds_topics.yaml",
     )
     mag: str = param(
         "vehicle_magnetometer",
-        "Topic of the magnetometer under `prefix`; empty if it is not to be used.",
+        "Topic of the magnetometer under `prefix`; empty: not used.",
+        source="PX4: the magnetometer that its EKF2 uses",
     )
     pressure: str = param(
         "vehicle_air_data",
-        "Topic of the barometer under `prefix`; empty if it is not to be used.",
+        "Topic of the barometer under `prefix`; empty: not used.",
+        source="PX4: the barometer that its EKF2 uses",
     )
 
 

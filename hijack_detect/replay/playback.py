@@ -25,60 +25,91 @@ from hijack_detect.streams.samples import NANOSECONDS
 class ReplayParameters(Parameters):
     """What is replayed, how fast, and with which attack."""
 
-    bag: str = param("", "Bag to replay: a rosbag2 directory or an mcap file. Required.")
+    bag: str = param(
+        "",
+        "Bag to replay: a rosbag2 directory or an mcap file. Required.",
+        source="chosen: empty, it has to be given",
+        basic=True,
+    )
     scenario: str = param(
-        "", "Scenario file of attacks to inject; their times count from the bag's first message."
+        "",
+        "Scenario file of attacks to inject; their times count from the bag's first message.",
+        source="chosen: no attack",
     )
     preset: str = param(
         "auto",
         "Names of the inputs in the bag; `auto` finds them. They are published as imu/data_raw, "
         "gps/fix, gps/vel, mag, pressure and gps/satellites.",
+        source="chosen: the names of the bag decide",
         choices=("auto", *PRESETS),
     )
     rate: float = param(
         1.0,
         "Bag seconds for each second of wall time; can be changed while playing.",
+        source="chosen: real time",
         low=0.001,
         high=1000.0,
     )
     start_s: float = param(
-        0.0, "Where to begin, counted from the bag's first message.", unit="s", low=0.0
+        0.0,
+        "Where to begin, counted from the bag's first message.",
+        source="chosen: the whole bag",
+        unit="s",
+        low=0.0,
     )
     duration_s: float = param(
-        0.0, "How much of the bag to replay; 0 is to its end.", unit="s", low=0.0
+        0.0,
+        "How much of the bag to replay; 0 is to its end.",
+        source="chosen: the whole bag",
+        unit="s",
+        low=0.0,
     )
     loop: bool = param(
-        False, "Begin again at the end; stamps then run backwards, or on if restamp."
+        False,
+        "Begin again at the end; stamps then run backwards, or on if restamp.",
+        source="chosen: off, one flight gives one answer",
     )
     restamp: bool = param(
         False,
         "Move header stamps (and /clock) so that the first one is now. Their spacing is kept, so "
         "that at another rate than 1 they run ahead of the wall clock, or behind it.",
+        source="chosen: off, stamps are those of the bag",
     )
     clock_hz: float = param(
         100.0,
         "Publish /clock this often in bag time, for nodes with use_sim_time; 0 is never. It is "
         "up to one period ahead of the messages, never behind.",
+        source="chosen, not swept; /clock is then at most 10 ms ahead, as an IMU of 100 Hz",
         unit="Hz",
         low=0.0,
         high=1000.0,
     )
-    start_paused: bool = param(False, "Wait for the service ~/resume or ~/step before playing.")
+    start_paused: bool = param(
+        False, "Wait for the service ~/resume or ~/step before playing.", source="chosen: off"
+    )
     settle_s: float = param(
         3.5,
         "Begin when no subscription of a replayed topic has come or gone for this long, so that "
-        "running nodes hear the first message: DDS can take 3 s to find them. Can be shorter "
-        "with wait_for.",
+        "running nodes receive the first message. Can be shorter with wait_for.",
+        source="chosen: DDS can take 3 s to find running nodes; half a second of margin",
         unit="s of wall time",
         low=0.0,
         high=3600.0,
     )
     wait_for: str = param(
-        "", "Names of nodes, separated by spaces, that must be in the graph before it begins."
+        "",
+        "Names of nodes, separated by spaces, that must be in the graph before it begins.",
+        source="chosen: none; `settle_s` serves all",
     )
-    progress: bool = param(True, "Draw a progress bar, if stderr is a terminal.")
+    progress: bool = param(
+        True,
+        "Draw a progress bar, if stderr is a terminal.",
+        source="chosen: on, a replay takes minutes",
+    )
     exit_at_end: bool = param(
-        True, "End the process at the end of the bag; false keeps the node, with ~/finished true."
+        True,
+        "End the process at the end of the bag; false keeps the node, with ~/finished true.",
+        source="chosen: ends, so that a script goes on",
     )
 
     def __post_init__(self) -> None:

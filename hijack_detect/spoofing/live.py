@@ -56,29 +56,56 @@ class SpooferParameters(Parameters):
 
     mode: str = param(
         "none",
-        "none: everything passes as it is. soft: altitude, number of satellites and claimed "
-        "accuracy are forged. hard: position and velocity too (Basan 2022, section 3.1). model: "
-        "the attack in 'model' starts with the next fix. scenario: the file in 'scenario', whose "
-        "times count from the next fix. Setting the mode again starts its attack anew.",
+        "none: everything passes unchanged. soft: altitude, number of satellites and claimed "
+        "accuracy are forged. hard: position and velocity too. model: the attack in 'model' "
+        "starts with the next fix. scenario: the file in 'scenario', whose times count from the "
+        "next fix. Setting the mode again restarts its attack.",
+        source=("Basan 2022, section 3.1: no attack, light and intense; ours: model and scenario"),
         choices=tuple(USED),
     )
     model: str = param(
-        "", "Mode model: one attack as the 'model' of a scenario file, such as {type: freeze}."
+        "",
+        "Mode model: one attack as the 'model' of a scenario file, such as {type: freeze}.",
+        source="chosen: empty, the attack has to be given",
     )
-    scenario: str = param("", "Mode scenario: path of a scenario file.")
-    seed: int = param(1, "Seed of all draws.", low=0, high=2**63 - 1)
+    scenario: str = param(
+        "",
+        "Mode scenario: path of a scenario file.",
+        source="chosen: empty, the file has to be given",
+    )
+    seed: int = param(
+        1,
+        "Seed of all draws.",
+        source="chosen: any number; one that is fixed makes a test repeatable",
+        low=0,
+        high=2**63 - 1,
+    )
     altitude_sigma_m: float = param(
         4.2,
-        "Standard deviation added to the altitude; 4.2 is soft mode in Table 4 of Basan 2022.",
+        "Standard deviation added to the altitude.",
+        source="Basan 2022, Table 4: 4.214 in soft mode of the simulation",
         unit="m",
         low=0.0,
         high=10_000.0,
     )
-    satellites_low: int = param(6, "Smallest number of satellites.", low=0, high=MAX_SATELLITES)
-    satellites_high: int = param(20, "Largest number of satellites.", low=0, high=MAX_SATELLITES)
+    satellites_low: int = param(
+        6,
+        "Smallest number of satellites.",
+        source="chosen: wider than the 9 to 19 of Basan 2022, Table 1",
+        low=0,
+        high=MAX_SATELLITES,
+    )
+    satellites_high: int = param(
+        20,
+        "Largest number of satellites.",
+        source="chosen: wider than the 9 to 19 of Basan 2022, Table 1",
+        low=0,
+        high=MAX_SATELLITES,
+    )
     accuracy_low_m: float = param(
         0.5,
         "Smallest claimed standard deviation.",
+        source=("chosen, not swept; the paper gives none, docs/reproduction.md uses 1 to 5 m"),
         unit="m",
         low=MIN_ACCURACY_M,
         high=MAX_ACCURACY_M,
@@ -86,6 +113,7 @@ class SpooferParameters(Parameters):
     accuracy_high_m: float = param(
         8.0,
         "Largest claimed standard deviation.",
+        source=("chosen, not swept; the paper gives none, docs/reproduction.md uses 1 to 5 m"),
         unit="m",
         low=MIN_ACCURACY_M,
         high=MAX_ACCURACY_M,
@@ -93,6 +121,7 @@ class SpooferParameters(Parameters):
     horizontal_sigma_m: float = param(
         3.0,
         "Mode hard: standard deviation added to East and North each.",
+        source="chosen, not swept; the paper gives none, docs/reproduction.md uses 2 m",
         unit="m",
         low=0.0,
         high=100_000.0,
@@ -100,34 +129,46 @@ class SpooferParameters(Parameters):
     velocity_sigma_m_s: float = param(
         0.5,
         "Mode hard: standard deviation added to East and North velocity each.",
+        source="chosen, as in docs/reproduction.md; the paper gives none",
         unit="m/s",
         low=0.0,
         high=100.0,
     )
     drift_speed_m_s: float = param(
-        2.0, "Mode hard: final speed of the displacement.", unit="m/s", low=0.0, high=MAX_SPEED
+        2.0,
+        "Mode hard: final speed of the displacement.",
+        source=(
+            "chosen: that of the first hard mode in docs/reproduction.md; the paper gives none"
+        ),
+        unit="m/s",
+        low=0.0,
+        high=MAX_SPEED,
     )
     bearing_deg: float = param(
         0.0,
         "Mode hard: direction of the displacement, clockwise from North.",
+        source="chosen: North; the paper gives none",
         unit="deg",
         low=-360.0,
         high=360.0,
     )
     relative: bool = param(
-        False, "Mode hard: count the bearing from the course at onset instead of from North."
+        False,
+        "Mode hard: count the bearing from the course at onset instead of from North.",
+        source="chosen: absolute, so that it needs no course at onset",
     )
     onset_acceleration_m_s2: float = param(
         1.0,
-        "Mode hard: how fast the displacement gathers speed.",
+        "Mode hard: acceleration of the displacement until it has its final speed.",
+        source="chosen: 2 m/s after 2 s, not swept",
         unit="m/s²",
         low=0.001,
         high=1000.0,
     )
     correlation_s: float = param(
         0.0,
-        "Time between independent draws, with straight lines in between; 0 draws anew for each "
-        "fix, as the paper does.",
+        "Time between independent draws, with straight lines in between; 0 draws for each fix.",
+        source="Basan 2022, section 3.1: data are generated with each update",
         unit="s",
         low=0.0,
         high=1000.0,
@@ -135,7 +176,8 @@ class SpooferParameters(Parameters):
     keep: int = param(
         20_000,
         "Messages of each output that are kept for a subscriber which comes late or comes back "
-        "and asks for them; 20000 are more than an hour of 5 Hz.",
+        "and requests them.",
+        source="physics: 20000 messages are 67 min at 5 Hz, longer than a battery lasts",
         low=1,
         high=1_000_000,
         fixed=True,
