@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""Timing contract of hijack_alert, and what writes a line into a log."""
+"""Timing contract of hijack_alert, and the type of a function that writes a log line."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from collections.abc import Callable
 from typing import Literal
 
 Level = Literal["info", "warning", "error"]
-Tell = Callable[[Level, str], None]
-"""Writes a line into a log."""
+Log = Callable[[Level, str], None]
+"""Writes a log line."""
 
 
 REPEAT_S = 1.0
-"""It is repeated this often, by a clock that nobody sets."""
+"""Period of its repetition, by a steady clock. Chosen, not swept."""
 SILENT_S = 2.5
-"""Two repetitions are missing: the monitor is dead, or hangs."""
+"""Silence after which the monitor is dead, or hangs. Chosen: two repetitions are missing."""
 START_S = 30.0
-"""The monitor may take so long to start."""
+"""Longest start of the monitor. Chosen, not swept."""

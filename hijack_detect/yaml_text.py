@@ -9,7 +9,7 @@ import yaml
 
 
 class YamlTextError(ValueError):
-    """The text is not acceptable YAML; the message says where and why, without a file name."""
+    """The text is not acceptable YAML; the message has place and reason, without a file name."""
 
 
 class _PlainLoader(yaml.SafeLoader):
@@ -41,8 +41,8 @@ def plain_data(text: str) -> Any:
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         where = f"line {mark.line + 1}, column {mark.column + 1}: " if mark else ""
-        said = [str(part) for part in (error.context, error.problem) if part]
-        raise YamlTextError(where + ", ".join(said)) from error
+        problems = [str(part) for part in (error.context, error.problem) if part]
+        raise YamlTextError(where + ", ".join(problems)) from error
     except RecursionError as error:
         raise YamlTextError("nested too deeply") from error
     except (yaml.YAMLError, ValueError) as error:

@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""What to tell the ground station and the autopilot, from what the monitor says."""
+"""Messages to the ground station and the autopilot on an alert."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from hijack_detect.streams.samples import NANOSECONDS
 
 SILENT_NS, START_NS = round(SILENT_S * NANOSECONDS), round(START_S * NANOSECONDS)
 CAUSE_NS = 3 * NANOSECONDS // 10
-"""So long the cause of an alert is waited for; it follows the alert at once."""
+"""Timeout of the cause of an alert. Chosen: it follows the alert within milliseconds."""
 SILENT, HEARD, OVER = "hijack monitor silent", "hijack monitor heard", "hijack alert is over"
 
 
@@ -36,7 +36,7 @@ class Text:
 
 @dataclass(frozen=True)
 class Cause:
-    """What fusion/verdict says of an alert: when it began (text), why, and which detectors."""
+    """Cause of an alert, from fusion/verdict: when it began (text), why, and which detectors."""
 
     since: str
     words: str
@@ -44,7 +44,7 @@ class Cause:
 
 
 def cause_of(fused: FusionStatus) -> Cause | None:
-    """What a fusion/verdict says of an alert; None if it says there is none."""
+    """Cause of the alert in a fusion/verdict; None without an alert."""
     if not fused.alert:
         return None
     since = "" if fused.alert_since_ns is None else str(fused.alert_since_ns)
@@ -52,7 +52,7 @@ def cause_of(fused: FusionStatus) -> Cause | None:
 
 
 class Memory(Protocol):
-    """Which alert was acted on, beyond the end of this process."""
+    """The alert that was acted on, kept beyond the end of this process."""
 
     def read(self) -> str | None:
         """When that alert began, empty if that is not known; None without one."""
@@ -68,16 +68,16 @@ class Alarm:
     """Follows one alert after the other.
 
     An alert is acted on once: not again while it is repeated, not after the monitor was silent,
-    and not after this process was started anew in the middle of it.
+    and not after a restart of this process in the middle of it.
     """
 
     def __init__(self, memory: Memory, text_period_ns: int, now_ns: int) -> None:
-        """Begin; the monitor has START_NS to say something."""
+        """Begin; the monitor has START_NS for its first message."""
         self._memory, self._period_ns = memory, text_period_ns
         self._silent_from_ns = now_ns + START_NS
         self._on = False
-        self._on_ns = self._told_ns = now_ns
-        self._acted = self._heard = self._silent = False
+        self._on_ns = self._sent_ns = now_ns
+        self._acted = self._received = self._silent = False
         self._cause: Cause | None = None
 
     @property
@@ -91,14 +91,14 @@ class Alarm:
         return self._silent
 
     @property
-    def heard(self) -> bool:
-        """Whether the monitor has ever been heard."""
-        return self._heard
+    def received(self) -> bool:
+        """Whether the monitor has ever published."""
+        return self._received
 
-    def say(self, now_ns: int, *, alert: bool) -> list[Text]:
-        """The monitor has said whether there is an alert; what to tell at once."""
+    def update(self, now_ns: int, *, alert: bool) -> list[Text]:
+        """Take a message of the monitor; the texts to send at once."""
         self._silent_from_ns = now_ns + SILENT_NS
-        self._heard = True
+        self._received = True
         texts = []
         if self._silent:
             self._silent = False
@@ -114,11 +114,11 @@ class Alarm:
         return texts
 
     def explain(self, cause: Cause | None) -> None:
-        """The fusion has said why there is an alert; None if there is none."""
+        """Take the cause of the alert; None without an alert."""
         self._cause = cause
 
     def due(self, now_ns: int) -> tuple[list[Text], bool]:
-        """What to tell by now, and whether the autopilot is to be told to do something."""
+        """The texts that are due, and whether to command the autopilot."""
         if now_ns >= self._silent_from_ns and not self._silent:
             self._silent = True
             return [Text(Severity.WARNING, SILENT)], False
@@ -127,15 +127,15 @@ class Alarm:
         if not self._acted:
             if self._cause is None and now_ns - self._on_ns < CAUSE_NS:
                 return [], False
-            self._acted, self._told_ns = True, now_ns
+            self._acted, self._sent_ns = True, now_ns
             return [self.text()], not self._was_acted_on()
-        if now_ns - self._told_ns >= self._period_ns:
-            self._told_ns = now_ns
+        if now_ns - self._sent_ns >= self._period_ns:
+            self._sent_ns = now_ns
             return [self.text()], False
         return [], False
 
     def acted(self) -> None:
-        """The autopilot is being told: not again for this alert. Raises OSError."""
+        """Note that the autopilot is commanded: not again for this alert. Raises OSError."""
         self._memory.write(self._since)
 
     def text(self) -> Text:

@@ -25,14 +25,17 @@ from hijack_detect.mavlink.vehicle import ADDRESS, Rates, Search, Vehicle, addre
 from hijack_detect.streams.samples import NANOSECONDS
 
 HEARTBEAT_NS = NANOSECONDS
+"""Period of HEARTBEAT: 1 Hz, as the MAVLink heartbeat protocol asks for."""
 WIRE_VERSION = 3
 """`mavlink_version` of a HEARTBEAT."""
 SYNC_NS, FIRST_SYNCS, FIRST_SYNC_NS = NANOSECONDS, 10, NANOSECONDS // 10
-"""An exchange of times each second; the first ones sooner."""
+"""Period of TIMESYNC, and the number and period of the first ones. Chosen: AutopilotClock uses
+30 s of them, and needs FIRST for a stamp."""
 SILENT_NS = 3 * NANOSECONDS
-"""An autopilot without heartbeat, or an IMU without message, for so long is lost."""
+"""Silence after which an autopilot (heartbeat) or its IMU is lost. Chosen: two heartbeats are
+missing."""
 ASK_NS = 5 * NANOSECONDS
-"""Without an IMU it is asked for again so long after the last time."""
+"""Period of requests while there is no IMU. Chosen, not swept; a request lasts 2 s."""
 
 
 class Outside(Protocol):
@@ -45,7 +48,7 @@ class Outside(Protocol):
         """Publish a reading."""
 
     def say(self, level: Level, text: str) -> None:
-        """Write a line into the log."""
+        """Write a log line."""
 
 
 class Bridge:
@@ -65,7 +68,7 @@ class Bridge:
         self._now, self._system = now_ns, system_ns
         self.clock = AutopilotClock(parameters.speed)
         self.inputs = Inputs(
-            self.clock, lambda text: self._say("info", text), self._system_less_local_ns
+            self.clock, lambda text: self._log("info", text), self._system_less_local_ns
         )
         self.alarm = Alarm(memory, round(parameters.text_period_s * NANOSECONDS), now_ns())
         self.search = Search(parameters.target_system, codec.mavlink)
@@ -75,7 +78,7 @@ class Bridge:
         self._ask_ns, self._asked = 0, set[str]()
         self._epoch = 0
         self._alive = False
-        self._told: Text | None = None
+        self._sent: Text | None = None
         self._to: Address = None
         self._heartbeat_ns = self._sync_ns = 0
         self._syncs = 0
@@ -88,7 +91,7 @@ class Bridge:
 
     @property
     def alive(self) -> bool:
-        """Whether heartbeat and IMU of the autopilot are heard."""
+        """Whether heartbeat and IMU of the autopilot arrive."""
         return self._alive
 
     @property
@@ -115,11 +118,11 @@ class Bridge:
             self._take(message, source)
 
     def hear(self, *, alert: bool) -> None:
-        """The monitor has said whether there is an alert."""
+        """Take a message of the monitor: whether there is an alert."""
         now_ns = self._now()
         if not alert and self.alarm.on:
             self.commander.withdraw()
-        self._tell(self.alarm.say(now_ns, alert=alert))
+        self._send_texts(self.alarm.update(now_ns, alert=alert))
         self.tick()
 
     def tick(self) -> None:
@@ -127,7 +130,7 @@ class Bridge:
         now_ns = self._now()
         self._watch(now_ns)
         texts, act = self.alarm.due(now_ns)
-        self._tell(texts)
+        self._send_texts(texts)
         if act:
             self._act()
         vehicle = self.vehicle
@@ -155,7 +158,7 @@ class Bridge:
             self._command(likely, *wanted)
         if (news := self._rates.news()) and news not in self._asked:
             self._asked.add(news)
-            self._say("info", f"asked for {news}")
+            self._log("info", f"asked for {news}")
 
     def _take(self, message: Any, source: Address) -> None:
         now_ns, kind = self._now(), message.get_type()
@@ -187,7 +190,7 @@ class Bridge:
             self._rates.acknowledge(message.command, message.result, now_ns)
             self.commander.acknowledge(message.command, message.result, now_ns)
         if self.clock.epoch != self._epoch:
-            self._begin_afresh()
+            self._restart()
 
     def _found(self, message: Any) -> None:
         vehicle = self.vehicle
@@ -201,30 +204,30 @@ class Bridge:
             for group, value in (("MAV_AUTOPILOT", kind.autopilot), ("MAV_TYPE", kind.vehicle))
         )
         system, component = vehicle.address
-        self._say(
+        self._log(
             "info", f"the autopilot is system {system}, component {component}: {autopilot}, {frame}"
         )
-        self._say("info", readings.NO_CLIMB)
+        self._log("info", readings.NO_CLIMB)
         self.commander.introduce(kind)
 
-    def _begin_afresh(self) -> None:
+    def _restart(self) -> None:
         """The autopilot was started again, or a clock was set."""
         self._epoch, self._syncs = self.clock.epoch, 0
-        self._say("warning", f"{self.clock.why}; stamps begin afresh")
+        self._log("warning", f"{self.clock.why}; stamps begin afresh")
         self._rates.restart()
 
     def _watch(self, now_ns: int) -> None:
-        """Tell when the autopilot comes and goes."""
+        """Log when the autopilot comes and goes."""
         missing = self.missing(now_ns)
         if missing and self._alive:
-            self._say("error", f"the autopilot is lost: {missing}")
+            self._log("error", f"the autopilot is lost: {missing}")
         elif not missing and not self._alive:
-            self._say("info", "the autopilot is heard")
+            self._log("info", "the autopilot is heard")
         self._alive = not missing
 
     def missing(self, now_ns: int) -> str:
-        """What is not heard of the autopilot; empty for nothing."""
-        vehicle, imu_ns = self.vehicle, self.inputs.heard_ns
+        """What is missing of the autopilot; empty for nothing."""
+        vehicle, imu_ns = self.vehicle, self.inputs.received_ns
         if vehicle is None:
             return "no autopilot with heartbeat and IMU is heard"
         if now_ns - vehicle.heartbeat_ns > SILENT_NS:
@@ -236,27 +239,27 @@ class Bridge:
         return ""
 
     def _act(self) -> None:
-        """Tell the autopilot what to do, once for an alert, whatever happens then."""
+        """Command the autopilot, once for an alert, whatever happens then."""
         if not self.commander.wanted:
             return
         try:
             if not self._parameters.dry_run:
                 self.alarm.acted()
         except OSError as error:
-            self._say("warning", f"a restart of this node could command again: {error}")
+            self._log("warning", f"a restart of this node could command again: {error}")
         self.commander.begin()
 
     def _is_for_us(self, message: Any) -> bool:
-        """Whether a COMMAND_ACK answers this node; MAVLink 1 does not say whom it is for."""
+        """Whether a COMMAND_ACK answers this node; MAVLink 1 has no target in it."""
         system, component = self._codec.own
         return message.target_system in (0, system) and message.target_component in (0, component)
 
-    def _tell(self, texts: list[Text]) -> None:
+    def _send_texts(self, texts: list[Text]) -> None:
         for one in texts:
             self._outside.send(self._codec.text(one.severity, one.text), self._to)
-            if one != self._told:  # not each repetition
-                self._say("info", f"told the ground station: {one.text}")
-            self._told = one
+            if one != self._sent:  # not each repetition
+                self._log("info", f"told the ground station: {one.text}")
+            self._sent = one
 
     def _command(self, target: ADDRESS, order: Order, confirmation: int) -> None:
         self._send("command_long", *target, order.command, confirmation, *order.params)
@@ -269,13 +272,13 @@ class Bridge:
     def _send(self, name: str, *fields: Any) -> None:
         self._outside.send(self._codec.pack(name, *fields), self._to)
 
-    def _ignore(self, who: str) -> None:
-        text = f"heartbeats of {who}"
+    def _ignore(self, sender: str) -> None:
+        text = f"heartbeats of {sender}"
         self.ignored[text] += 1
         if self.ignored[text] == 1:
-            self._say("warning", f"{who} is on the link too, and is ignored")
+            self._log("warning", f"{sender} is on the link too, and is ignored")
 
-    def _say(self, level: Level, text: str) -> None:
+    def _log(self, level: Level, text: str) -> None:
         self._outside.say(level, text)
 
 

@@ -7,11 +7,11 @@ difference is the offset.
 
 An exchange (TIMESYNC) bounds the offset from both sides: the answer was written after the request
 was sent and before it was received. Any other message bounds it from above: it was written before
-it was received. The narrowest exchange of the last half minute is believed, and where nobody
-answers, the quickest message of the last ten seconds. What is believed moves the offset at a
-thousandth at most, so that no delay of any message is seen in a stamp.
+it was received. The narrowest exchange of the last half minute is used, and without answers the
+quickest message of the last ten seconds. Either moves the offset at a thousandth at most, so that
+no delay of a message shows in a stamp.
 
-Nothing here takes the UTC of the autopilot: that comes from the receiver that may be spoofed.
+The UTC of the autopilot is not used: it comes from the receiver that may be spoofed.
 """
 
 from __future__ import annotations
@@ -22,21 +22,27 @@ from dataclasses import dataclass
 from hijack_detect.streams.samples import NANOSECONDS
 
 WINDOW_NS = 30 * NANOSECONDS
-"""An exchange counts for so long."""
+"""Age at which an exchange expires. Chosen: an exchange widens by 6 ms in this time (2 * DRIFT)."""
 QUICKEST_NS = 10 * NANOSECONDS
-"""Of the messages of so long the quickest counts, where there is no exchange."""
+"""Window of the quickest message, used without exchanges. Chosen, not swept; between what drifts
+(1 ms at DRIFT) and a link whose every message is late."""
 DRIFT = 1e-4
-"""Two quartz clocks differ by less than this."""
+"""Largest difference in rate of two crystals. Chosen; those of 18 logs are within 1.5e-4
+(logs/receiver_clock.py)."""
 SLEW = 1e-3
-"""Largest rate at which the offset is moved."""
+"""Largest rate at which the offset is moved. Chosen: ten times DRIFT; 0.01 ms between
+two IMU samples."""
 STEP_NS = NANOSECONDS // 4
-"""An offset that is wrong by more than this is not moved but set: one of the clocks was."""
+"""An offset that is wrong by more than this is set, not moved. Chosen: 250 s of SLEW, longer than
+any delay of a link; one of the clocks was set."""
 FIRST, FIRST_NS = 5, NANOSECONDS
-"""So many exchanges are waited for at first, and so long: the first may be slow ones."""
+"""Exchanges before the first stamp, and the timeout of that wait. Chosen: the first exchange is
+slow while processes start, and its error was stepped away with new beginnings."""
 LEAP_NS = 2 * NANOSECONDS
-"""An own time that far from where it should be is of another clock, or of a damaged message."""
+"""An own time this far from where it should be is of another clock, or of a damaged message.
+Chosen: longer than any delay of a link."""
 AGREE = 3
-"""So many in a row are believed against all before."""
+"""Consecutive times or exchanges that replace all before. Chosen: damage rarely repeats itself."""
 PENDING = 16
 
 
@@ -81,7 +87,7 @@ class AutopilotClock:
 
     def _restart(self) -> None:
         self.newest_ns: int | None = None
-        self._heard_ns = 0
+        self._received_ns = 0
         self._began_ns: int | None = None
         self._offset_ns: int | None = None
         self._exchanges: deque[_Bounds] = deque()
@@ -126,7 +132,7 @@ class AutopilotClock:
             return False
         self._requests.remove(request_ns)
         bounds = _Bounds(now_ns, request_ns - own_ns, now_ns - own_ns)
-        if abs(own_ns - self.newest_ns) > LEAP_NS * self._speed + abs(now_ns - self._heard_ns):
+        if abs(own_ns - self.newest_ns) > LEAP_NS * self._speed + abs(now_ns - self._received_ns):
             return False
         best = self._best(now_ns)
         if best is None or _overlap(best.at(now_ns), bounds.at(now_ns)):
@@ -140,11 +146,11 @@ class AutopilotClock:
         self._follow(now_ns, 0)
         return True
 
-    def heard(self, own_ns: int, now_ns: int) -> bool:
+    def observe(self, own_ns: int, now_ns: int) -> bool:
         """Take the own time of a message as it arrives.
 
         Returns:
-            Whether it is believed; False for one that leaps, until others have leapt with it.
+            Whether it is accepted; False for one that leaps, until others have leapt with it.
         """
         now_ns = self.local_ns(now_ns)
         if self._leapt(own_ns, now_ns):
@@ -152,8 +158,8 @@ class AutopilotClock:
         if self.newest_ns is None:
             self._began_ns = now_ns
             self.newest_ns = own_ns
-        elapsed = now_ns - self._heard_ns if self._heard_ns else 0
-        self._heard_ns = now_ns
+        elapsed = now_ns - self._received_ns if self._received_ns else 0
+        self._received_ns = now_ns
         self.newest_ns = max(self.newest_ns, own_ns)
         second, offset = now_ns // NANOSECONDS, now_ns - own_ns
         if self._quickest and self._quickest[-1][0] == second:
@@ -169,12 +175,12 @@ class AutopilotClock:
         return None if self._offset_ns is None else own_ns + self._offset_ns
 
     def _leapt(self, own_ns: int, now_ns: int) -> bool:
-        """Whether an own time cannot be; begins afresh once several agree on that."""
+        """Whether an own time is impossible; restart once AGREE in a row are."""
         if self.newest_ns is None:
             return False
         ahead_ns = own_ns - self.newest_ns
         leap_ns = LEAP_NS * self._speed
-        if -leap_ns <= ahead_ns <= leap_ns + max(0, now_ns - self._heard_ns):
+        if -leap_ns <= ahead_ns <= leap_ns + max(0, now_ns - self._received_ns):
             self._leaps = []
             return False
         near = not self._leaps or 0 <= own_ns - self._leaps[-1] <= leap_ns
@@ -191,20 +197,20 @@ class AutopilotClock:
         self.why = why
 
     def _best(self, now_ns: int) -> _Bounds | None:
-        """The exchange that says most, of those that still count."""
+        """The narrowest exchange that has not expired."""
         while self._exchanges and now_ns - self._exchanges[0].at_ns > WINDOW_NS:
             self._exchanges.popleft()
         return min(self._exchanges, key=lambda one: one.width(now_ns), default=None)
 
     def _follow(self, now_ns: int, elapsed_ns: int) -> None:
-        """Move the offset towards what is believed."""
+        """Move the offset towards the best estimate."""
         best = self._best(now_ns)
         waits = self._began_ns is None or now_ns - self._began_ns < FIRST_NS * self._speed
         if self._offset_ns is None and waits and len(self._exchanges) < FIRST:
             return
         if best is not None and best.high_ns - best.low_ns <= STEP_NS * self._speed:
             target = (best.low_ns + best.high_ns) // 2
-        else:  # an exchange that is wider says less than the quickest message
+        else:  # a wider exchange is worse than the quickest message
             target = min(offset for _, offset in self._quickest)
         if self._offset_ns is None:
             self._offset_ns = target
@@ -227,14 +233,14 @@ def _s(own_ns: int) -> str:
 
 
 class InOrder:
-    """Lets of each input only what is newer than all before: stamps that never go back."""
+    """A filter that passes only newer readings of each input: stamps never go back."""
 
     def __init__(self) -> None:
         """Begin with nothing."""
         self._last: dict[str, tuple[int, int]] = {}
 
     def restart(self) -> None:
-        """Begin afresh: another epoch."""
+        """Forget all stamps: another epoch."""
         self._last.clear()
 
     def passes(self, name: str, own_ns: int, stamp_ns: int) -> bool:

@@ -20,7 +20,7 @@ KEY_BYTES = 32
 SIGNING_EPOCH_S = 1_420_070_400
 """1 January 2015, from which the time in signatures counts, in tens of microseconds."""
 TEXT_BYTES = 50
-"""Longest text of a STATUSTEXT."""
+"""Longest text of a STATUSTEXT (MAVLink: char[50])."""
 
 
 def dialect(version: str) -> ModuleType:
@@ -67,7 +67,7 @@ class Codec:
 
     Attributes:
         mavlink: The dialect, with its constants.
-        bad: What was no message, by reason.
+        bad: Count of rejected frames, by reason.
     """
 
     def __init__(self, own_component: int, key: bytes | None = None) -> None:

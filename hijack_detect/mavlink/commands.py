@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from enum import Enum
 from types import ModuleType
 
-from hijack_detect.contract import Level, Tell
+from hijack_detect.contract import Level, Log
 from hijack_detect.mavlink.parameters import BridgeParameters
 from hijack_detect.streams.samples import NANOSECONDS
 
@@ -16,9 +16,9 @@ from hijack_detect.streams.samples import NANOSECONDS
 class Commander:
     """Holds one command at a time."""
 
-    def __init__(self, parameters: BridgeParameters, mavlink: ModuleType, say: Tell) -> None:
-        """Command what the parameters say; nothing with `none`."""
-        self._parameters, self._mavlink, self._say = parameters, mavlink, say
+    def __init__(self, parameters: BridgeParameters, mavlink: ModuleType, log: Log) -> None:
+        """Use `command` of the parameters; send nothing with `none`."""
+        self._parameters, self._mavlink, self._log = parameters, mavlink, log
         self._kind: Kind | None = None
         self._begun = False
         self._delivery: Delivery | None = None
@@ -36,28 +36,28 @@ class Commander:
         return done in (Outcome.REFUSED, Outcome.LOST) or self.result.startswith("cannot")
 
     def introduce(self, kind: Kind) -> None:
-        """The kind of the autopilot is known: say what an alert will lead to."""
+        """Take the kind of the autopilot; log what an alert will lead to."""
         self._kind = kind
         if not self.wanted:
-            self._say("info", "an alert is told to the ground station; no command is enabled")
+            self._log("info", "an alert is told to the ground station; no command is enabled")
             return
         try:
             made = order(self._parameters.command, kind, self._mavlink)
         except ValueError as error:
-            self._say("error", f"an alert will lead to no command: {error}")
+            self._log("error", f"an alert will lead to no command: {error}")
             return
         how = "would be commanded (dry run)" if self._parameters.dry_run else "is commanded"
-        self._say("info", f"on an alert {made.what} {how}")
+        self._log("info", f"on an alert {made.what} {how}")
         if made.danger:
-            self._say("warning", f"{made.what} {made.danger}: docs/mavlink.md")
+            self._log("warning", f"{made.what} {made.danger}: docs/mavlink.md")
 
     def begin(self) -> None:
-        """There is an alert: command, as soon as the autopilot is heard."""
+        """Begin an alert: command, as soon as the autopilot is there."""
         self._begun, self._delivery = True, None
         self.result = "waits for the autopilot"
 
     def withdraw(self) -> None:
-        """The alert is over: what was not acknowledged is not sent again."""
+        """End the alert: an order that was not acknowledged is not sent again."""
         self._begun = False
         if self._delivery is not None and self._delivery.outcome is Outcome.PENDING:
             self.result = f"{self._delivery.text}; withdrawn, the alert is over"
@@ -74,7 +74,7 @@ class Commander:
         confirmation = delivery.due(now_ns)
         if confirmation is not None:
             if not confirmation:
-                self._say("warning", f"commands {delivery.order.what}")
+                self._log("warning", f"commands {delivery.order.what}")
             yield delivery.order, confirmation
         self._note(delivery)
 
@@ -89,21 +89,21 @@ class Commander:
             made = order(self._parameters.command, kind, self._mavlink)
         except ValueError as error:
             self.result = f"cannot be commanded: {error}"
-            self._say("error", self.result)
+            self._log("error", self.result)
             return
         if self._parameters.dry_run:
             numbers = ", ".join(f"{one:g}" for one in made.params)
             self.result = f"dry run: {made.what}, MAV_CMD {made.command} ({numbers}) is not sent"
-            self._say("warning", self.result)
+            self._log("warning", self.result)
             return
         timeout_ns = round(self._parameters.ack_timeout_s * NANOSECONDS)
         self._delivery = Delivery(made, self._parameters.command_attempts, timeout_ns)
 
     def _note(self, delivery: Delivery) -> None:
-        """Say once what became of it."""
+        """Log its outcome once."""
         if delivery.outcome is not Outcome.PENDING and self.result != delivery.text:
             level: Level = "info" if delivery.outcome is Outcome.DONE else "error"
-            self._say(level, f"the command {delivery.text}")
+            self._log(level, f"the command {delivery.text}")
         self.result = delivery.text
 
 
@@ -147,7 +147,7 @@ def order(name: str, kind: Kind, mavlink: ModuleType) -> Order:
     """The order for a value of the parameter `command`.
 
     Raises:
-        ValueError: This kind of vehicle has none; the text says what to do.
+        ValueError: This kind of vehicle has none; the text has the remedy.
     """
     if name == "user_1":
         return Order("MAV_CMD_USER_1, parameter 1 = 1", mavlink.MAV_CMD_USER_1, _params(1.0))
@@ -192,7 +192,7 @@ def _params(*first: float) -> tuple[float, ...]:
 
 
 PROGRESS_NS = 30 * NANOSECONDS
-"""So long a command may be in progress without another word."""
+"""Timeout of a command in progress without another acknowledgement. Chosen, not swept."""
 ACCEPTED, REJECTED_NOW, IN_PROGRESS = 0, 1, 5
 """Values of MAV_RESULT that do not end in a refusal."""
 RESULTS = (
@@ -211,10 +211,10 @@ class Outcome(Enum):
 
 
 class Delivery:
-    """A command, its tries, and what became of it."""
+    """A command, its tries, and its outcome."""
 
     def __init__(self, order: Order, attempts: int, timeout_ns: int) -> None:
-        """Send at most so often, each time so long after the one before."""
+        """Send `attempts` times at most, `timeout_ns` apart."""
         self.order = order
         self.outcome = Outcome.PENDING
         self.result = ""
@@ -224,7 +224,7 @@ class Delivery:
 
     @property
     def text(self) -> str:
-        """What became of it, for people."""
+        """Its outcome, for people."""
         times = "once" if self.sent == 1 else f"{self.sent} times"
         result = f": {self.result}" if self.result else ""
         return f"{self.order.what}, sent {times}, {self.outcome.value}{result}"

@@ -16,11 +16,12 @@ RANKS = ("HIGHRES_IMU", "SCALED_IMU", "RAW_IMU")
 """Messages with an IMU, the best first."""
 KINDS = frozenset((*RANKS, "GPS_RAW_INT", "SCALED_PRESSURE", "SYSTEM_TIME"))
 CHOICE_NS = NANOSECONDS
-"""So long a better IMU is waited for at first."""
+"""Wait for a better IMU at first. Chosen, not swept."""
 GONE_NS = 2 * NANOSECONDS
-"""An IMU that is silent for so long is replaced by another."""
+"""Silence after which an IMU is replaced by another. Chosen, not swept; below SILENT_NS."""
 APART_US = 10_000_000
-"""A GPS whose time is further from that of the IMU has another clock."""
+"""A GPS whose time is further from that of the IMU has another clock. Chosen: far above any delay
+of a fix, far below a time since 1970."""
 LATE, STRANGE, WAITING = "late or repeated", "of an impossible time", "before the clock was known"
 
 
@@ -29,32 +30,32 @@ class Inputs:
 
     Attributes:
         taken: The message that the IMU is taken from; empty before the first.
-        heard_ns: When its newest came, by the steady clock; None before the first.
-        shift_ns: Added to local time, it is what stamps say.
-        dropped: What was left out, by reason.
+        received_ns: When its newest came, by the steady clock; None before the first.
+        shift_ns: Stamps less local time.
+        dropped: Count of rejected readings, by reason.
         published: Readings, by input.
     """
 
     def __init__(
-        self, clock: AutopilotClock, say: Callable[[str], None], shift_ns: Callable[[], int]
+        self, clock: AutopilotClock, log: Callable[[str], None], shift_ns: Callable[[], int]
     ) -> None:
-        """Use a clock, which hears each message.
+        """Use a clock, which observes each message.
 
         Args:
             clock: The clock.
-            say: Tells people of a choice.
+            log: Takes a line on each choice.
             shift_ns: Time of the system less local time, now. It is asked for when the stamps
                 begin, so that setting the clock of the system moves no stamp in between.
         """
-        self._clock, self._say, self._ask_shift_ns = clock, say, shift_ns
+        self._clock, self._log, self._ask_shift_ns = clock, log, shift_ns
         self.shift_ns = shift_ns()
         self._order = InOrder()
         self._seen: dict[str, int] = {}
         self._first_ns: int | None = None
         self._epoch = clock.epoch
-        self._told: set[str] = set()
+        self._logged: set[str] = set()
         self.taken = ""
-        self.heard_ns: int | None = None
+        self.received_ns: int | None = None
         self.dropped: Counter[str] = Counter()
         self.published: Counter[str] = Counter()
 
@@ -77,7 +78,7 @@ class Inputs:
         own_us = mavlink.own_time_us(message)
         if kind == "GPS_RAW_INT":
             own_us = self._gps_time_us(message, own_us)
-        elif not self._clock.heard(own_us * 1000, now_ns):
+        elif not self._clock.observe(own_us * 1000, now_ns):
             self.dropped[STRANGE] += 1
             return
         if self._clock.epoch != self._epoch:
@@ -110,11 +111,11 @@ class Inputs:
             fresh = [one for one in RANKS if now_ns - self._seen.get(one, -GONE_NS) < GONE_NS]
             before, self.taken = self.taken, fresh[0] if fresh else kind
             if self.taken != before:
-                self._say(
+                self._log(
                     f"the IMU is {self.taken}" + (f", not {before} any more" if before else "")
                 )
         if kind == self.taken:
-            self.heard_ns = now_ns
+            self.received_ns = now_ns
         return kind == self.taken
 
     def _gps_time_us(self, message: Any, own_us: int) -> int:
@@ -134,9 +135,9 @@ class Inputs:
         return "id" not in message.fieldnames or message.id == 0
 
     def _once(self, text: str) -> None:
-        if text not in self._told:
-            self._told.add(text)
-            self._say(text)
+        if text not in self._logged:
+            self._logged.add(text)
+            self._log(text)
 
 
 def _stream(kind: str) -> str:

@@ -20,16 +20,17 @@ FORMS = (
     "udpin:HOST:PORT, udpout:HOST:PORT, tcp:HOST:PORT, serial:DEVICE:BAUD or the path of a device"
 )
 CONNECT_S = 3.0
+"""Timeout of a TCP connection. Chosen, not swept; a lost SYN is sent again after 1 s."""
 READ_BYTES = 65_535
 MOST_READS = 64
-"""So many reads in a row, before anything else is done."""
+"""Reads in a row before anything else is done. Chosen, not swept."""
 MOST_WAITING = 65_536
-"""Bytes that a link does not take before it counts as lost."""
+"""Bytes waiting to be sent at which a link is lost. Chosen, not swept."""
 AGAIN = (errno.EAGAIN, errno.EWOULDBLOCK)
 
 
 class LinkLost(OSError):
-    """A link cannot be opened, or has ended; the text says why."""
+    """A link cannot be opened, or has ended; the text has the reason."""
 
 
 class Link(Protocol):
@@ -64,7 +65,7 @@ def place(connection: str, baud: int) -> Place:
     """Read a connection string.
 
     Raises:
-        ValueError: It is none; the text says which forms there are.
+        ValueError: It is none; the text lists the forms.
     """
     if connection.startswith("/"):
         connection = f"serial:{connection}"

@@ -10,7 +10,7 @@ from hijack_detect.parameters import Parameters, param
 
 @dataclass(frozen=True)
 class BridgeParameters(Parameters):
-    """Where the autopilot is, what is asked of it, and what it is told on an alert."""
+    """Where the autopilot is, which rates it is asked for, and its command on an alert."""
 
     connection: str = param(
         "udpin:127.0.0.1:14550",
@@ -129,7 +129,7 @@ class BridgeParameters(Parameters):
         1.0,
         "Seconds of the autopilot in a second of this machine. 1 for every vehicle; a simulator "
         "that runs faster by a constant factor (--speedup, PX4_SIM_SPEED_FACTOR) needs that.",
-        source="physics: crystals differ by less than 1e-4",
+        source="physics: two crystals differ by about 1e-4",
         low=0.1,
         high=100.0,
     )

@@ -78,7 +78,7 @@ class Reporter:
 
 
 def _alert(bridge: Bridge) -> str:
-    if not bridge.alarm.heard:
+    if not bridge.alarm.received:
         return "not heard yet"
     if bridge.alarm.silent:
         return "silent"

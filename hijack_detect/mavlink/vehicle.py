@@ -12,6 +12,7 @@ from hijack_detect.mavlink.commands import Delivery, Kind, Order, Outcome
 from hijack_detect.streams.samples import NANOSECONDS
 
 ATTEMPTS, TIMEOUT_NS = 4, NANOSECONDS // 2
+"""Requests of a rate, and the timeout of each. Chosen, not swept."""
 IMUS = ("HIGHRES_IMU", "SCALED_IMU", "RAW_IMU")
 MICROSECONDS = 1e6
 

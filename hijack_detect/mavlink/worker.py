@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""The thread that owns a link: it waits for bytes, and for what it is asked to do."""
+"""The thread that owns a link: it waits for bytes and for jobs."""
 
 from __future__ import annotations
 
@@ -15,15 +15,17 @@ from typing import Protocol
 from hijack_detect.mavlink.link import Address, Link, LinkLost, Place, open_link
 
 TICK_S = 0.02
+"""Longest time between two ticks. Chosen: far below every period of the bridge (0.1 s)."""
 FIRST_WAIT_S, LONGEST_WAIT_S = 0.5, 8.0
-"""A link that cannot be opened is tried again after this, each time twice as long."""
+"""First and longest wait before a link is opened again; it doubles. Chosen, not swept."""
 LASTS_S = 5.0
-"""A link that lasted so long was a good one: the next try comes soon."""
+"""A link that lasted this long was good: the next try comes soon. Chosen, not swept."""
 END_S = 5.0
+"""Longest wait for the thread at the end. Chosen: longer than CONNECT_S of a link."""
 
 
 class Handler(Protocol):
-    """Who uses the link; everything is called in the worker's thread."""
+    """The user of the link; everything is called in the worker's thread."""
 
     def connected(self) -> None:
         """It was opened."""
@@ -42,7 +44,7 @@ class Handler(Protocol):
 
 
 class Worker:
-    """Opens a link, again and again if it must, and hands over what comes."""
+    """A thread that opens a link, again and again if it must, and hands over what arrives."""
 
     def __init__(self, where: Place, handler: Handler) -> None:
         """Prepare."""
@@ -60,7 +62,7 @@ class Worker:
         self._thread.start()
 
     def do(self, job: Callable[[], None]) -> None:
-        """Have something done in the worker's thread, at once; from any thread."""
+        """Run a job in the worker's thread, at once; from any thread."""
         self._jobs.put(job)
         with contextlib.suppress(BlockingIOError):  # it is awake already
             os.write(self._wake_write, b"x")

@@ -1,10 +1,10 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""Which messages belong to which snapshot: decided on header stamps alone.
+"""The black box: the messages of each snapshot, chosen by header stamps alone.
 
 The log time of a message is its stamp, and never less than that of the message before of its topic.
 One with a broken stamp has the time of the one before; one without a header, or of a sensor with a
 clock of its own, that of the recording, which is the newest stamp of all. A snapshot is in order of
-log time. What the fusion has not judged yet is kept, as far as the memory reaches. So a flight
+log time. What the fusion has not judged yet is kept within the bound of memory. So a flight
 replayed faster than the monitor can follow gives the same seconds in the same order, however late
 one topic arrives after another.
 """
@@ -25,7 +25,7 @@ from hijack_detect.streams.cdr import stamp_from_bytes
 from hijack_detect.streams.samples import NANOSECONDS
 
 FUSION = "fusion"
-"""Name of the source that says whether there is an alert."""
+"""Name of the source with the alert."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,8 @@ class Source:
 
 
 OVERHEAD_BYTES = 200
-"""What Python needs for one message beside its bytes."""
+"""Memory of Python for one message beside its bytes: about a RawMessage, its bytes header and its
+place in a deque."""
 
 
 def size_of(message: RawMessage) -> int:
@@ -57,12 +58,11 @@ def size_of(message: RawMessage) -> int:
 
 
 class Ring:
-    """Keeps messages of the last seconds, and never more than so many bytes.
+    """The messages of the last seconds, within a bound in bytes.
 
-    Whoever judges the messages may be late: `hold` keeps those that it has not come to yet, and
-    the seconds before them. Messages leave in the order in which they came. Their log times may be
-    out of order by as much as one topic arrives later than another; old ones then leave later by
-    as much.
+    The fusion may be late: `hold` keeps the messages that it has not judged, and the seconds before
+    them. Messages leave in the order in which they came; where a topic is late, log times are out
+    of order by its delay, and old messages leave later by it.
 
     Attributes:
         size: Memory of the messages, bytes.
@@ -131,15 +131,17 @@ class Ring:
 
 
 SLACK_S = 30.0
-"""Kept longer than `before_s`, and waited for a fusion that falls silent after an alert."""
+"""Time kept beyond `before_s`, and timeout of a fusion that falls silent after an alert. Chosen,
+not swept."""
 LATE_S = 120.0
-"""The most that the fusion is waited for: in a fast replay its verdicts arrive many seconds of the
-flight after their stamps. A stamp this far from the others is that of another clock."""
+"""Longest wait for the fusion, in time of the flight. Measured: at six times real time on two busy
+cores a replay was more than 30 s ahead of its monitor; four times that, chosen. A stamp this far
+from the others is that of another clock."""
 GRACE_S = 2.0
-"""Waited, on the stamps of the fusion, for what arrives after the end of a snapshot and belongs
-into it."""
+"""Wait after the end of a snapshot for late messages, on the stamps of the fusion. Chosen, not
+swept."""
 QUIET_S = 5.0
-"""A snapshot is finished when nothing has arrived for so long, by the wall clock."""
+"""Silence after which a snapshot is finished, by the wall clock. Chosen, not swept."""
 _EPOCH = datetime(1970, 1, 1, tzinfo=timezone.utc)
 
 
@@ -156,9 +158,9 @@ class _Pending:
 
 
 class BlackBox:
-    """Keeps the last messages, and collects those around an alert.
+    """A recorder of the last messages, and of those around an alert.
 
-    `due` gives what is to be written: at an alert at once a part with all that was before, and
+    `due` gives the snapshots to write: at an alert at once a part with all messages before it, and
     when the time after it is over the whole. An alert within that time makes the snapshot
     longer, and gives another part.
     """
@@ -185,11 +187,11 @@ class BlackBox:
         self._judged_ns: int | None = None
         self._pending: _Pending | None = None
         self._finished: list[Snapshot] = []
-        self._heard_s = 0.0
+        self._received_s = 0.0
 
     @property
     def now_ns(self) -> int | None:
-        """Newest stamp that is believed, nanoseconds."""
+        """Newest stamp that is accepted, nanoseconds."""
         return self._clock.now_ns
 
     @property
@@ -202,7 +204,7 @@ class BlackBox:
         """Whether the time after an alert is not over."""
         return self._pending is not None
 
-    def hear(
+    def push(
         self, name: str, topic: str, msgtype: str, data: bytes, *, stamped: bool, wall_s: float
     ) -> int | None:
         """Take one message.
@@ -216,9 +218,9 @@ class BlackBox:
             wall_s: A steady clock, seconds.
 
         Returns:
-            Its stamp in nanoseconds, None if it has none that can be believed.
+            Its stamp in nanoseconds, None without one that is accepted.
         """
-        self._heard_s = wall_s
+        self._received_s = wall_s
         stamp_ns = stamp_from_bytes(data) if stamped else None
         if stamp_ns is not None and not self._clock.push(name, stamp_ns):
             stamp_ns = None
@@ -239,7 +241,7 @@ class BlackBox:
         return stamp_ns
 
     def alert(self, stamp_ns: int | None) -> None:
-        """Collect what is around an alert.
+        """Collect the messages around an alert.
 
         Args:
             stamp_ns: Stamp of the alert, nanoseconds; None for now.
@@ -270,13 +272,13 @@ class BlackBox:
             pending.new_alert = False
             pending.parts += 1
             self._add(_snapshot(pending, pending.parts))
-        if pending is not None and wall_s - self._heard_s > QUIET_S:
+        if pending is not None and wall_s - self._received_s > QUIET_S:
             self.finish()
         finished, self._finished = self._finished, []
         return finished
 
     def finish(self) -> None:
-        """End the snapshot that is being collected with what there is."""
+        """End the snapshot that is being collected."""
         if self._pending is not None:
             self._add(_snapshot(self._pending, 0))
             self._pending = None
@@ -305,7 +307,7 @@ class BlackBox:
         pending.after_bytes += size
 
     def _over(self, until_ns: int, now_ns: int) -> bool:
-        """Whether nothing is waited for any more that would belong before `until_ns`."""
+        """Whether no more messages before `until_ns` are expected."""
         judged_ns = now_ns if self._judged_ns is None else self._judged_ns
         return judged_ns > until_ns + self._grace_ns or now_ns > until_ns + self._slack_ns
 

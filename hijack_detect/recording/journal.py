@@ -20,7 +20,7 @@ from hijack_detect.recording.problems import JournalError
 from hijack_detect.recording.rows import Row
 
 ERRORS = (sqlite3.Error, UnicodeDecodeError)
-"""What SQLite raises; the latter where its words on the damage are none."""
+"""Errors of SQLite; the latter where its message on the damage is no text."""
 
 
 class Transaction:
@@ -65,14 +65,15 @@ def files_of(path: Path) -> Iterator[Path]:
 
 
 PAGE_BYTES = 4096
+"""SQLite: its default."""
 LOG_BYTES = 8_000_000
-"""Largest share of the log."""
+"""Largest write-ahead log. Chosen, not swept; SQLite empties its own at 4 MB."""
 INDEX_BYTES = 65_536
-"""Share of journal.sqlite3-shm: 32 kB for each 4096 pages of the log."""
+"""Share of journal.sqlite3-shm. SQLite: 32 kB for each 4096 pages of the log."""
 LOCK_WAIT_S = 0.1
-"""A reader locks the file for moments only."""
+"""Timeout of a lock. Chosen: a reader locks the file for moments, and a tick has 0.1 s."""
 PRUNE_ROWS = 500
-"""Rows deleted at once; small, so that one deletion never fills the log."""
+"""Rows deleted at once. Chosen: small, so that one deletion never fills the log."""
 
 
 class AlienFileError(JournalError):
@@ -151,7 +152,7 @@ class Journal:
                 run(f"PRAGMA user_version = {schema.VERSION}")
 
     def _statements(self) -> set[str]:
-        """The statements that the file says its tables were made by."""
+        """The statements in the file that made its tables."""
         found = self._database.execute("SELECT sql FROM sqlite_master WHERE type = 'table'")
         return {str(statement) for (statement,) in found}
 
@@ -238,7 +239,7 @@ class Journal:
         return self._session_id
 
     def _make_room(self, wanted_bytes: int) -> None:
-        """Delete the oldest rows until so many bytes have room in the file."""
+        """Delete the oldest rows until `wanted_bytes` have room in the file."""
         wanted = 2 * wanted_bytes // PAGE_BYTES + len(schema.TABLES) + 16
         while self._used_pages() + wanted > self._max_pages and self._prune_oldest():
             self._empty_log()

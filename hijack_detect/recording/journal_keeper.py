@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""Keeps a journal going: batches, retries, and a damaged file moved out of the way."""
+"""A journal that stays open: batches, retries, and a damaged file moved out of the way."""
 
 from __future__ import annotations
 
@@ -19,12 +19,13 @@ from hijack_detect.recording.journal import (
     files_of,
     is_damage,
 )
-from hijack_detect.recording.problems import JournalError, told
+from hijack_detect.recording.problems import JournalError, problem_text
 from hijack_detect.recording.rows import Row
 
 MAX_BULK = 20_000
-"""Half an hour of a flight with two detectors, some megabytes."""
+"""Rows kept while the disk takes none. Chosen: half an hour with two detectors, some megabytes."""
 MAX_KEPT = 1000
+"""The same of alerts, snapshots and events. Chosen: far above those of one flight."""
 
 
 class RowQueue:
@@ -53,7 +54,7 @@ class RowQueue:
             self.dropped[queue.popleft().table] += 1
 
     def first(self, max_bytes: int) -> list[Row]:
-        """The rows to be written next, of about so many bytes, at least one if there are any."""
+        """The rows to be written next, of about `max_bytes`, at least one if there are any."""
         chosen: list[Row] = []
         size = 0
         queue = self._kept or self._bulk
@@ -65,26 +66,28 @@ class RowQueue:
         return sorted(chosen, key=lambda row: row.table)
 
     def remove(self, count: int) -> None:
-        """Forget so many rows that `first` gave: they are written."""
+        """Forget the first `count` rows of `first`: they are written."""
         queue = self._kept or self._bulk
         for _ in range(count):
             queue.popleft()
 
 
 RETRY_S = 3.0
+"""Period of retries, as in problems.py."""
 COMMIT_S = 0.4
-"""A row waits at most so long for its commit,"""
+"""Longest wait of a row for its commit. Chosen: with a tick of 0.1 s half a second is lost at
+most; each commit flushes the disk."""
 COMMIT_ROWS = 2000
-"""and less if so many wait with it."""
+"""Waiting rows that are committed at once. Chosen, not swept."""
 _ERRORS = (*ERRORS, OSError, JournalError)
 
 
 class JournalKeeper:
-    """Takes rows at any time, and writes them when the disk takes them. Nothing is raised.
+    """A writer of rows that waits for a disk that takes none. Nothing is raised.
 
     Attributes:
         problem: Why nothing can be written at the moment, in one sentence; empty if it can.
-        notes: What else happened, one sentence each; the caller takes them out.
+        notes: Other events, one sentence each; the caller removes them.
         written: Rows written, by table.
     """
 
@@ -197,7 +200,7 @@ class JournalKeeper:
 
     def _failed(self, error: Exception, wall_s: float, wall_ns: int) -> None:
         self._close()
-        self.problem = told(self.path, error)
+        self.problem = problem_text(self.path, error)
         self._not_before_s = wall_s + RETRY_S
         if is_damage(error):
             with suppress(OSError):
@@ -209,7 +212,9 @@ class JournalKeeper:
         for file in files_of(self.path):
             suffix = file.name.removeprefix(self.path.name)
             file.rename(self.path.with_name(name + suffix))
-        self.notes.append(f"{told(self.path, error)}; moved aside as {name}, a new one is begun")
+        self.notes.append(
+            f"{problem_text(self.path, error)}; moved aside as {name}, a new one is begun"
+        )
 
     def _close(self) -> None:
         if self._journal is not None:

@@ -22,17 +22,17 @@ from hijack_detect.recording.journal import ERRORS, files_of
 from hijack_detect.recording.problems import JournalError
 
 PAGE_ROWS = 5000
-"""Rows read in one go. Between two reads the recorder can empty its log, which would grow without
-end beside a reader that never pauses."""
+"""Rows of one read. Chosen, not swept. Between two reads the recorder can empty its log, which
+would grow without end beside a reader that never pauses."""
 PATIENCE_S = 5.0
-"""The recorder locks the file for moments only."""
+"""Timeout of a lock. Chosen: the recorder locks the file for moments."""
 
 
 @dataclass(frozen=True)
 class Query:
     """Which rows. Times are nanoseconds since 1970, of `schema.time_column`.
 
-    `last` gives the last so many of those that fit, `limit` the first so many.
+    `last` is the number of rows from the end of those that fit, `limit` that from their start.
     """
 
     table: str
@@ -80,7 +80,7 @@ class JournalReader:
             left = None if left is None else left - len(page)
 
     def count(self, query: Query) -> int:
-        """Number of rows that fit, whatever `last` and `limit` say."""
+        """Number of rows that fit, without `last` and `limit`."""
         where, values = _conditions(query)
         return int(self._one(f"SELECT count(*) FROM {query.table} WHERE 1{where}", values)[0])
 

@@ -12,7 +12,7 @@ MEGABYTE = 1_000_000
 
 @dataclass(frozen=True)
 class RecorderParameters(Parameters):
-    """Where the recorder writes, how much around an alert, and how much at most."""
+    """Folder of the recorder, its seconds around an alert, and its bounds in bytes."""
 
     folder: str = param(
         "~/.ros/hijack_detect",

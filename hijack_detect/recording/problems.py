@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""What is wrong at the moment: each problem is told once, and its end too."""
+"""Current problems: each is logged once, and its end too."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from hijack_detect.contract import Tell
+from hijack_detect.contract import Log
 from hijack_detect.recording.folder_lock import FolderInUseError
 
 
 class JournalError(ValueError):
-    """The file cannot be used as a journal; the text names it and says what to do."""
+    """The file cannot be used as a journal; the text has its name and the remedy."""
 
 
 _ADVICE = {
@@ -28,34 +28,35 @@ _ADVICE = {
 _OTHERWISE = "check the disk, or choose another 'folder'"
 
 
-def told(path: Path, error: Exception) -> str:
+def problem_text(path: Path, error: Exception) -> str:
     """One sentence: which file, what is wrong, what to do."""
     if isinstance(error, (FolderInUseError, JournalError)):
         return str(error)
     text = " ".join(str(error).split())
-    advice = next((say for key, say in _ADVICE.items() if key in text.lower()), _OTHERWISE)
+    advice = next((do for key, do in _ADVICE.items() if key in text.lower()), _OTHERWISE)
     return f"{path}: cannot be written ({text}); {advice}"
 
 
 RETRY_S = 3.0
+"""Period of retries. Chosen, not swept; a full disk is no matter of seconds."""
 
 
 class Problems:
-    """Problems by what they are of, as `journal` or `snapshot`.
+    """Problems by kind, as `journal` or `snapshot`.
 
     Attributes:
-        current: Sentence by kind, of what is wrong now.
-        last: The last problem that there was, empty for none.
+        current: The sentence of each current problem, by kind.
+        last: The latest problem, empty for none.
     """
 
-    def __init__(self, tell: Tell, note_event: Callable[[str, str], None]) -> None:
+    def __init__(self, log: Log, note_event: Callable[[str, str], None]) -> None:
         """Begin without problems.
 
         Args:
-            tell: Takes what belongs into the log.
+            log: Writes a log line.
             note_event: Takes kind and text of an event for the journal.
         """
-        self.tell = tell
+        self.log = log
         self._note_event = note_event
         self._retry_s: dict[str, float] = {}
         self.current: dict[str, str] = {}
@@ -63,29 +64,29 @@ class Problems:
 
     @property
     def text(self) -> str:
-        """Everything that is wrong now."""
+        """All current problems."""
         return "; ".join(self.current.values())
 
     def set(self, kind: str, text: str) -> None:
-        """Something is wrong; told if it was not before."""
+        """Begin a problem; logged if it is new."""
         self._retry_s[kind] = time.monotonic() + RETRY_S
         if kind not in self.current:
             self.note(text)
         self.current[kind] = self.last = text
 
     def note(self, text: str) -> None:
-        """Tell something that went wrong and is over."""
+        """Log a problem that is over."""
         self.last = text
-        self.tell("error", text)
+        self.log("error", text)
         self._note_event("problem", text)
 
     def clear(self, kind: str) -> None:
-        """Something works; told if it did not before."""
+        """End a problem; logged if there was one."""
         before = self.current.pop(kind, None)
         self._retry_s.pop(kind, None)
         if before is not None:
             text = f"{kind}: works again after: {before}"
-            self.tell("info", text)
+            self.log("info", text)
             self._note_event("recovered", text)
 
     def may_retry(self, kind: str) -> bool:

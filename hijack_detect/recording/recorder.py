@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from hijack_detect.contract import Level, Tell
+from hijack_detect.contract import Level, Log
 from hijack_detect.monitor.verdict_messages import FusionStatus, fusion_from
 from hijack_detect.parameters import ParameterError
 from hijack_detect.recording import rows, schema
@@ -18,7 +18,7 @@ from hijack_detect.recording.folder_lock import FolderLock
 from hijack_detect.recording.journal import Session
 from hijack_detect.recording.journal_keeper import JournalKeeper
 from hijack_detect.recording.parameters import MEGABYTE, RecorderParameters
-from hijack_detect.recording.problems import Problems, told
+from hijack_detect.recording.problems import Problems, problem_text
 from hijack_detect.recording.snapshots import (
     SNAPSHOTS,
     Failed,
@@ -88,14 +88,14 @@ HOUR_NS = 3600 * 10**9
 
 
 class Recorder:
-    """Journal and black box together. A problem is told and reported, and ends nothing."""
+    """Journal and black box together. A problem is logged and reported, and ends nothing."""
 
     def __init__(
         self,
         parameters: RecorderParameters,
         node: str,
         version: str,
-        tell: Tell = lambda *_: None,
+        log: Log = lambda *_: None,
         announce: Callable[[Path], None] = lambda _: None,
     ) -> None:
         """Begin a session.
@@ -104,7 +104,7 @@ class Recorder:
             parameters: Where and how much.
             node: Full name of the node, kept with the session.
             version: Version of the package, kept with the session.
-            tell: Takes what belongs into the log.
+            log: Writes a log line.
             announce: Takes the path of each snapshot that is on disk.
 
         Raises:
@@ -126,7 +126,7 @@ class Recorder:
         self._snapshots = SnapshotFolder(self.folder / SNAPSHOTS, parameters)
         self._writer = SnapshotWriter(self._snapshots)
         self.box = BlackBox(parameters, self._snapshots.unused)
-        self._problems = Problems(tell, self._event)
+        self._problems = Problems(log, self._event)
         self._last: FusionStatus | None = None
         self._parts: dict[str, str] = {}
         self._made = 0
@@ -142,7 +142,7 @@ class Recorder:
             BadMessage: Its content cannot be used; the black box keeps it nevertheless.
         """
         wall_s, wall_ns = time.monotonic(), time.time_ns()
-        stamp_ns = self.box.hear(
+        stamp_ns = self.box.push(
             source.name,
             source.topic,
             source.msgtype,
@@ -154,7 +154,7 @@ class Recorder:
             return
         message = source.decode(data)
         if source.name == FUSION:
-            self._hear_fusion(fusion_from(message), stamp_ns, wall_s, wall_ns)
+            self._take_fusion(fusion_from(message), stamp_ns, wall_s, wall_ns)
             return
         if source.name == "fix":
             row = rows.fix_row(wall_ns, message)
@@ -167,10 +167,10 @@ class Recorder:
         self.journal.add(row, wall_s)
 
     def refuse(self, source: Source, error: Exception) -> None:
-        """Count a message that `hear` could not use; the first of each kind is told."""
+        """Count a message that `hear` rejected; the first of each topic is logged."""
         why = str(error) if isinstance(error, BadMessage) else f"internal error: {error!r}"
         if not self.refused[source.topic]:
-            self._problems.tell("warning", f"{source.topic}: message left out: {why}")
+            self._problems.log("warning", f"{source.topic}: message left out: {why}")
         self.refused[source.topic] += 1
 
     def tick(self) -> None:
@@ -180,7 +180,7 @@ class Recorder:
             return
         self.journal.tick(wall_s, wall_ns)
         self._remove_superseded(wall_s, wall_ns)
-        self._tell_journal()
+        self._note_journal()
         for snapshot in self.box.due(wall_s, busy=self._writer.busy):
             self._writer.add(snapshot)
         done = self._writer.poll(wall_s)
@@ -207,18 +207,18 @@ class Recorder:
             self._parameters, self.journal, self.box, counts, self._problems, self.refused
         )
 
-    def _hear_fusion(
-        self, heard: FusionStatus, stamp_ns: int | None, wall_s: float, wall_ns: int
+    def _take_fusion(
+        self, status: FusionStatus, stamp_ns: int | None, wall_s: float, wall_ns: int
     ) -> None:
-        before, self._last = self._last, heard
-        if before is not None and (before.alert, before.state) == (heard.alert, heard.state):
+        before, self._last = self._last, status
+        if before is not None and (before.alert, before.state) == (status.alert, status.state):
             return
-        self.journal.add(rows.alert_row(wall_ns, heard), wall_s)
-        if before is not None and before.alert == heard.alert:
+        self.journal.add(rows.alert_row(wall_ns, status), wall_s)
+        if before is not None and before.alert == status.alert:
             return
-        if heard.alert:
+        if status.alert:
             self.box.alert(stamp_ns)
-        if (heard.alert or before is not None) and self._lock.held:
+        if (status.alert or before is not None) and self._lock.held:
             self.journal.commit(wall_s, wall_ns)
             self.tick()
 
@@ -233,10 +233,10 @@ class Recorder:
             self._snapshots.clean()
         except OSError as error:
             self._lock.release()
-            self._problems.set("folder", told(self.folder, error))
+            self._problems.set("folder", problem_text(self.folder, error))
             return False
         self._problems.clear("folder")
-        self._problems.tell("info", f"records into {self.folder}")
+        self._problems.log("info", f"records into {self.folder}")
         return True
 
     def _remove_superseded(self, wall_s: float, wall_ns: int) -> None:
@@ -261,10 +261,10 @@ class Recorder:
         self._made += snapshot.complete
         self.journal.add(rows.snapshot_row(wall_ns, done), wall_s)
         kept = self.journal.commit(wall_s, wall_ns)
-        self._tell_journal()
+        self._note_journal()
         seconds = (snapshot.messages[-1].log_ns - snapshot.messages[0].log_ns) / 10**9
         what = "snapshot" if snapshot.complete else "what was before the alert"
-        self._problems.tell("info", f"{what} ({seconds:.1f} s) is in {path}")
+        self._problems.log("info", f"{what} ({seconds:.1f} s) is in {path}")
         self._announce(path)
         before = self._parts.pop(snapshot.name, None)
         if not snapshot.complete:
@@ -277,7 +277,7 @@ class Recorder:
             self.journal.mark_removed(marked, wall_s, wall_ns)
             self._snapshots.remove(done.excess)
 
-    def _tell_journal(self) -> None:
+    def _note_journal(self) -> None:
         for note in self.journal.notes:
             self._problems.note(note)
         self.journal.notes.clear()

@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""What one snapshot is, before and after it is written."""
+"""Snapshots: the messages around an alert, their folder, and the thread that writes them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from pathlib import Path
 from hijack_detect.bags.reader import RawMessage
 from hijack_detect.bags.writer import BagWriter
 from hijack_detect.recording.parameters import MEGABYTE, RecorderParameters
-from hijack_detect.recording.problems import told
+from hijack_detect.recording.problems import problem_text
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Snapshot:
 
     @property
     def complete(self) -> bool:
-        """Whether the time after the alert is in it, as far as there was any."""
+        """Whether it holds the time after the alert."""
         return self.part == 0
 
     @property
@@ -63,7 +63,7 @@ class Written:
 
 @dataclass(frozen=True)
 class Failed:
-    """A snapshot that could not be written; `text` says why, and what to do."""
+    """A snapshot that could not be written; `text` has the reason and the remedy."""
 
     snapshot: Snapshot
     text: str
@@ -74,12 +74,13 @@ SNAPSHOTS = "snapshots"
 _WRITING = ".writing"
 _PART = re.compile(r"(?P<name>alert_.+)\.part(?P<number>\d+)")
 _YIELD_EVERY = 50
-"""Messages written between two moments at which other threads go first."""
+"""Messages written between two pauses of `_YIELD_S`, in which other threads run. Chosen, not
+swept."""
 _YIELD_S = 0.001
 
 
 class SnapshotFolder:
-    """Writes snapshots, keeps so many of them, and removes what killed runs left."""
+    """The folder of snapshots: writes them, bounds them, removes the leavings of killed runs."""
 
     def __init__(self, path: Path, parameters: RecorderParameters) -> None:
         """Name the folder; nothing is made yet."""
@@ -101,7 +102,7 @@ class SnapshotFolder:
 
         Raises:
             OSError: It cannot be written.
-            BagError: The same, as told by the writer of bags.
+            BagError: The same, from the writer of bags.
         """
         final = self.path / snapshot.directory
         writing = self.path / _WRITING
@@ -207,8 +208,10 @@ def _flush_one(path: Path) -> None:
 
 
 RETRY_S = 5.0
+"""Period of retries. Chosen, not swept."""
 MAX_WAITING = 3
-"""Snapshots kept in memory while the disk takes none."""
+"""Snapshots kept in memory while the disk takes none. Chosen, not swept; each has up to
+ring_max_mb."""
 
 
 class SnapshotWriter:
@@ -267,7 +270,7 @@ class SnapshotWriter:
         try:
             return self._folder.write(snapshot)
         except Exception as error:  # whatever a disk and a writer of bags can raise
-            return Failed(snapshot, told(self._folder.path / snapshot.directory, error))
+            return Failed(snapshot, problem_text(self._folder.path / snapshot.directory, error))
 
     def _take(self, writing: Future[Written | Failed], wall_s: float) -> Written | Failed:
         done = writing.result()

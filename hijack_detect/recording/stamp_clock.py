@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""The time of a recording, told by header stamps."""
+"""The time of a recording, from header stamps."""
 
 from __future__ import annotations
 
@@ -8,9 +8,11 @@ from dataclasses import dataclass
 from hijack_detect.streams.samples import NANOSECONDS
 
 LEAP_S = 2.0
-"""A stamp further than this from what came before is doubted until the next one follows on it."""
+"""A stamp further than this from those before is doubted until the next one confirms it. Chosen,
+not swept; above the period of any input (1 s), below an outage."""
 BEHIND_S = 30.0
-"""An input heard for the first time may be this much behind the others, as in a fast replay."""
+"""Largest lag of the first stamp of an input behind the others, as in a fast replay. Chosen, not
+swept."""
 
 
 @dataclass
@@ -20,16 +22,16 @@ class _Input:
 
 
 class StampClock:
-    """Knows the newest stamp that can be believed.
+    """The newest stamp that is confirmed.
 
-    A stamp is believed if it lies within `LEAP_S` of the clock, or of the one before of the same
+    A stamp is accepted if it lies within `LEAP_S` of the clock, or of the one before of the same
     input: inputs may have clocks of their own. The first of an input may be `BEHIND_S` late. Any
     other is doubted until the next of the same input follows on it, so one broken stamp changes
     nothing. A leap backwards that is confirmed (a looped bag, a clock that was set) begins a new
     recording.
 
     Attributes:
-        now_ns: Newest stamp believed in this recording, nanoseconds; None before the first.
+        now_ns: Newest stamp accepted in this recording, nanoseconds; None before the first.
         restarted: Whether the last `push` began a new recording.
     """
 
@@ -41,7 +43,7 @@ class StampClock:
         self.restarted = False
 
     def push(self, name: str, stamp_ns: int) -> bool:
-        """Take a stamp of an input; return whether it is believed."""
+        """Take a stamp of an input; return whether it is accepted."""
         self.restarted = False
         source = self._inputs.setdefault(name, _Input())
         if not self._follows(source, stamp_ns):

@@ -65,7 +65,7 @@ class World:
         for now, kind, own, asked in sorted(arrivals):
             if kind == "answer":
                 self.clock.answer(own, asked, now)
-            elif self.clock.heard(own, now) and (stamp := self.clock.stamp_ns(own)) is not None:
+            elif self.clock.observe(own, now) and (stamp := self.clock.stamp_ns(own)) is not None:
                 self.stamps.append((own, stamp))
         self.now_ns += round(seconds * SECOND) + self.slowest_ns
 
@@ -145,14 +145,14 @@ def test_a_damaged_time_changes_nothing(own_ns: int) -> None:
     world = World(offset_ns=0)
     world.fly(2.0)
     known = world.clock.stamp_ns(0)
-    world.clock.heard(own_ns, world.now_ns)
+    world.clock.observe(own_ns, world.now_ns)
     assert abs((world.clock.stamp_ns(0) or 0) - (known or 0)) < STEP_NS
     assert world.clock.epoch == 0
 
 
 def test_a_slow_first_exchange_is_not_believed_alone() -> None:
     world = World(offset_ns=0, fastest_ns=0, slowest_ns=5 * MS, answers=False)
-    world.clock.heard(world.own_ns(world.now_ns), world.now_ns)
+    world.clock.observe(world.own_ns(world.now_ns), world.now_ns)
     asked = world.clock.request(world.now_ns)
     slow = world.now_ns + 900 * MS
     world.clock.answer(world.own_ns(slow - MS), asked, slow)
@@ -169,7 +169,7 @@ def test_a_simulator_may_run_faster_than_life() -> None:
     stamps = []
     for tick in range(400):
         now, own = 1000 * SECOND + tick * 5 * MS, 7 * SECOND + tick * 5 * MS * speed
-        clock.heard(own, now + (tick % 3) * MS)
+        clock.observe(own, now + (tick % 3) * MS)
         if tick % 20 == 0:
             asked = clock.request(now)
             clock.answer(own + speed * MS, asked, now + 2 * MS)

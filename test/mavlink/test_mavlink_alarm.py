@@ -47,7 +47,7 @@ class Flight:
         for tick in range(round(seconds * 10)):
             self.now_ns += SECOND // 10
             if alert is not None and tick % 10 == 0:
-                self.told += [one.text for one in self.alarm.say(self.now_ns, alert=alert)]
+                self.told += [one.text for one in self.alarm.update(self.now_ns, alert=alert)]
                 self.alarm.explain(cause if alert else None)
             texts, act = self.alarm.due(self.now_ns)
             self.told += [one.text for one in texts]

@@ -24,7 +24,7 @@ class Flight:
 
     def hear(self, name: str, data: bytes) -> int | None:
         one = SOURCES[name]
-        return self.box.hear(
+        return self.box.push(
             name, one.topic, one.msgtype, data, stamped=one.stamped, wall_s=self.wall_s
         )
 
