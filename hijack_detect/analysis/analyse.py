@@ -246,7 +246,7 @@ def analyse(
         ),
         skipped=skipped(flight, monitor, notes),
         notes=(
-            *notes.said,
+            *notes.remarks,
             *clock_notes(monitor.clock.said),
             *sensor_notes(account, reader.duration_s),
         ),

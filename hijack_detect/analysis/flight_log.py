@@ -11,7 +11,7 @@ from types import TracebackType
 from hijack_detect.analysis.analyse import analyse
 from hijack_detect.analysis.analysis import Analysis
 from hijack_detect.logs.formats import opened
-from hijack_detect.logs.logged import Notes, Wanted
+from hijack_detect.logs.logged import Notes, Selection
 from hijack_detect.monitor.graph import MonitorParameters
 from hijack_detect.replay.offline import FlightNotes, OfflineRun, run_offline, spoofed_samples
 from hijack_detect.replay.truth import truth_track
@@ -46,7 +46,7 @@ class FlightLog:
         """
         self.path = Path(path)
         self._stack = contextlib.ExitStack()
-        self._reader, converted = self._stack.enter_context(opened(self.path, Wanted(imu, gps)))
+        self._reader, converted = self._stack.enter_context(opened(self.path, Selection(imu, gps)))
         self.notes = Notes() if converted is None else converted.notes
         self.start_ns = self._reader.start_ns
         self.duration_s = self._reader.duration_s

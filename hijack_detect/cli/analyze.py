@@ -78,7 +78,7 @@ def analyze(
     """
     from hijack_detect.cli.analyze_view import summary  # noqa: PLC0415  slow to load
     from hijack_detect.logs.formats import opened  # noqa: PLC0415
-    from hijack_detect.logs.logged import Wanted  # noqa: PLC0415
+    from hijack_detect.logs.logged import Selection  # noqa: PLC0415
 
     if onset is not None and scenario == NO_ATTACK:
         raise click.UsageError("--onset moves an attack, and there is none: give --scenario")
@@ -87,7 +87,7 @@ def analyze(
         if report is not None:
             report.mkdir(parents=True, exist_ok=True)
         parameters = _parameters(policy, params, detectors)
-        wanted = Wanted(imu, gps, namespace)
+        wanted = Selection(imu, gps, namespace)
         with opened(bag, wanted, read_columns(columns)) as (reader, converted):
             if converted is not None and json_file is not None:  # else the summary has them
                 for line in converted.notes.lines():

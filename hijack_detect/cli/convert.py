@@ -71,7 +71,7 @@ def convert(
     """
     from hijack_detect.logs.csv_template import template as template_of  # noqa: PLC0415  slow
     from hijack_detect.logs.formats import convert as make  # noqa: PLC0415
-    from hijack_detect.logs.logged import Wanted  # noqa: PLC0415
+    from hijack_detect.logs.logged import Selection  # noqa: PLC0415
 
     with refusing_bad_input():
         if template:
@@ -79,7 +79,7 @@ def convert(
             return
         if out is None:
             raise click.UsageError("name OUT, the bag to write (or give --template)")
-        done = make(log, out, Wanted(imu, gps, namespace), read_columns(columns))
+        done = make(log, out, Selection(imu, gps, namespace), read_columns(columns))
     for line in done.notes.lines():
         click.echo(line, err=True)
     counts = ", ".join(f"{topic} {count}" for topic, count in sorted(done.messages.items()))

@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""What is answered to a request: the files of the page, and the stream of events."""
+"""The answers to requests: the files of the page, and the stream of events."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def event(frame: Frame) -> bytes:
 
 
 class Feed:
-    """Hands out the events of a picture, in the server's thread."""
+    """The events of a picture, for the server's thread."""
 
     def __init__(self, picture: Picture) -> None:
         """Read this picture."""
@@ -47,8 +47,9 @@ class Feed:
 
 
 SLOW_S = 10.0
-"""A reader that takes nothing for this time is dropped."""
+"""Timeout of a reader that takes nothing. Chosen, not swept."""
 MOST_READERS = 32
+"""Most readers at once. Chosen, not swept; it bounds memory and processor."""
 PAGE = Path(__file__).with_name("page")
 KINDS = {".html": "text/html", ".css": "text/css", ".js": "text/javascript"}
 HEADERS = {
@@ -70,7 +71,7 @@ def is_loopback(host: str) -> bool:
 
 
 class Readers:
-    """Who reads the events, and what they read."""
+    """The readers of the events, and their feed."""
 
     def __init__(self, picture: Picture) -> None:
         """Nobody reads yet."""
@@ -95,7 +96,7 @@ class Readers:
 
 
 class Reading(RequestHandler):
-    """Refuses whatever is not reading, and names that are not this server's."""
+    """A handler that rejects all but reading, and names that are not this server's."""
 
     def initialize(self, local: bool) -> None:
         """See RequestHandler; `local` if the server is for this machine alone."""
@@ -133,7 +134,7 @@ class Missing(Reading):
     """Every path that there is not."""
 
     def get(self, *_: str) -> None:
-        """Say so."""
+        """Answer 404."""
         raise HTTPError(404)
 
     head = get
@@ -158,7 +159,7 @@ class File(Reading):
 class Events(Reading):
     """The stream of events: the history first, then what is new ten times a second.
 
-    Nothing is queued for a reader: whoever is slow gets fewer and larger events.
+    Nothing is queued for a reader: a slow one gets fewer and larger events.
     """
 
     def initialize(self, local: bool, readers: Readers | None = None) -> None:
@@ -169,7 +170,7 @@ class Events(Reading):
         self._gone = False
 
     def head(self) -> None:
-        """Say what a GET would stream."""
+        """Send the type of the stream."""
         self.set_header("Content-Type", "text/event-stream")
 
     async def get(self) -> None:
@@ -189,8 +190,8 @@ class Events(Reading):
         cursor: Cursor | None = None
         self.write(b"retry: 1000\n\n")
         while self._readers.served and not self._gone:
-            told, cursor = self._readers.feed.next(cursor)
-            self.write(told)
+            data, cursor = self._readers.feed.next(cursor)
+            self.write(data)
             await asyncio.wait_for(self.flush(), SLOW_S)
             await self._readers.news()
 

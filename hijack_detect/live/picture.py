@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""Everything that the page shows, in bounded memory."""
+"""The content of the page, in bounded memory."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from hijack_detect.streams.samples import NANOSECONDS, FixSample
 
 
 @dataclass(frozen=True, slots=True)
-class Heard:
-    """The newest of all that decides about the banner.
+class Latest:
+    """The newest inputs of the banner.
 
-    `silent_s` is the time since hijack_alert on a clock that nobody sets, None before the first;
-    `stale` is what the fusion says on /diagnostics while it can say nothing.
+    `silent_s` is the time since hijack_alert on a steady clock, None before the first; `stale` is
+    the text of the fusion on /diagnostics while it has no verdict.
     """
 
     silent_s: float | None
@@ -34,19 +34,19 @@ class Heard:
     verdicts: Mapping[str, Verdict]
 
 
-def word(heard: Heard) -> str:
+def word(latest: Latest) -> str:
     """One of silent, alarm, suspicious, degraded, not_observable, not_ready, normal."""
-    if heard.silent_s is None or heard.silent_s > SILENT_S:
+    if latest.silent_s is None or latest.silent_s > SILENT_S:
         return "silent"
-    return said(heard)
+    return last_state(latest)
 
 
-def said(heard: Heard) -> str:
-    """What the monitor said last, be it silent since then or not."""
-    fused = heard.fused
-    if heard.alert or (fused is not None and fused.alert):
+def last_state(latest: Latest) -> str:
+    """The last state of the monitor, whether it is silent since then or not."""
+    fused = latest.fused
+    if latest.alert or (fused is not None and fused.alert):
         return State.ALARM.value
-    if heard.stale:
+    if latest.stale:
         return "degraded"
     if fused is None:
         return State.NOT_READY.value
@@ -57,17 +57,17 @@ def said(heard: Heard) -> str:
     return str(fused.state.value)
 
 
-def sentence(heard: Heard) -> str:
-    """Why the monitor says that, in words."""
-    what, fused = said(heard), heard.fused
-    if what == "degraded" and heard.stale:
-        return heard.stale
+def sentence(latest: Latest) -> str:
+    """The reason of that state, in words."""
+    what, fused = last_state(latest), latest.fused
+    if what == "degraded" and latest.stale:
+        return latest.stale
     if fused is None:
         return "no fusion/verdict was heard yet"
     if what == State.ALARM.value:
         return fused.reason if fused.alert else "hijack_alert is true"
     if what == State.SUSPICIOUS.value:
-        raised = [one for one in heard.verdicts.values() if one.state in RAISED]
+        raised = [one for one in latest.verdicts.values() if one.state in RAISED]
         return "; ".join(f"{one.detector}: {one.reason}" for one in raised) or fused.reason
     if what == "degraded":
         if not fused.degraded:
@@ -77,7 +77,7 @@ def sentence(heard: Heard) -> str:
         return "no detector can tell in this phase of flight; the table has the reasons"
     if what == State.NOT_READY.value:
         return "the detectors are getting ready; the table has the reasons"
-    return _closest(heard.verdicts)
+    return _closest(latest.verdicts)
 
 
 def _closest(verdicts: Mapping[str, Verdict]) -> str:
@@ -99,7 +99,7 @@ class Series(Generic[T]):
     """
 
     def __init__(self, most: int) -> None:
-        """Keep at most so many."""
+        """Keep `most` entries."""
         self.count = 0
         self._entries: deque[T] = deque(maxlen=most)
 
@@ -114,7 +114,7 @@ class Series(Generic[T]):
         return self._entries[-1] if self._entries else None
 
     def since(self, number: int) -> list[T]:
-        """The entries from this number on, as far as they are kept."""
+        """The entries from this number on that are kept."""
         oldest = self.count - len(self._entries)
         return list(islice(self._entries, max(0, number - oldest), None))
 
@@ -123,12 +123,12 @@ class Curve:
     """One value over time, thinned to its largest in each period so that no peak is lost."""
 
     def __init__(self, most: int, period_s: float) -> None:
-        """Keep at most so many points, one for each period."""
+        """Keep `most` points, one for each period."""
         self.points: Series[tuple[float, float | None]] = Series(most)
         self._period_s = period_s
         self._peak: tuple[float, float] | None = None
 
-    def hear(self, time_s: float, value: float | None) -> None:
+    def add(self, time_s: float, value: float | None) -> None:
         """Take the next value; None is a gap."""
         peak = self._peak
         if peak is not None and (value is None or self._period(time_s) != self._period(peak[0])):
@@ -145,16 +145,18 @@ class Curve:
 
 
 KEPT_S = 600.0
+"""Flight time that is kept. Chosen: half a battery, a page that a browser draws at once."""
 PERIOD_S = 0.25
-"""Flight time between two points of a curve or of the track."""
+"""Flight time between two points of a curve or of the track. Chosen: a fix of 5 Hz a point."""
 MOST = round(KEPT_S / PERIOD_S)
 MOST_CHANGES = 500
 BACK_S = 1.0
-"""Stamps that run back by more than this begin another flight."""
+"""Stamps that run back by more than this begin another flight. Chosen, not swept."""
 OLD_S = 5.0
-"""A detector or a complaint that was not heard for this time on the wall clock is over."""
+"""Silence after which a detector or a complaint is over. Chosen: five periods of /diagnostics."""
 STAMP_S = 1.0
-"""How long a change of hijack_alert, which has no stamp, waits for the verdict with its stamp."""
+"""Timeout of the verdict with the stamp of a change of hijack_alert. Chosen, not swept; it follows
+at once."""
 LONGEST = 600
 """Characters of a text."""
 Frame = dict[str, Any]
@@ -162,17 +164,17 @@ Frame = dict[str, Any]
 
 @dataclass(frozen=True, slots=True)
 class Cursor:
-    """How much a reader has: of which flight, and how many entries of each history."""
+    """The position of a reader: its flight, and its number of entries of each history."""
 
     flight: int
     counts: tuple[int, ...]
 
 
 class Picture:
-    """Hears messages in one thread, and is read in another.
+    """The state of the page; one thread adds messages, another reads it.
 
-    Times are seconds of header stamps since the first one heard. What is silent is told by a
-    clock that nobody sets, since a dead node sends no stamps.
+    Times are seconds of header stamps since the first one. Silence is measured on a steady clock,
+    since a dead node sends no stamps.
 
     Attributes:
         detectors: Names of the detectors that it expects.
@@ -202,7 +204,7 @@ class Picture:
         self._fused: FusionStatus | None = None
         self._stale = ""
         self._verdicts: dict[str, Verdict] = {}
-        self._heard_s: dict[str, float] = {}
+        self._received_s: dict[str, float] = {}
         self._track: Series[tuple[float, ...]] = Series(MOST)
         self._states: Series[tuple[float, str]] = Series(MOST_CHANGES)
         self._curves = {name: Curve(MOST, PERIOD_S) for name in self.detectors}
@@ -235,12 +237,12 @@ class Picture:
         """Take the next verdict of a detector that is expected."""
         with self._lock:
             time_s = self._time(verdict.stamp_ns, name)
-            self._verdicts[name], self._heard_s[name] = verdict, self._clock()
+            self._verdicts[name], self._received_s[name] = verdict, self._clock()
             judging = verdict.state in JUDGED and math.isfinite(verdict.margin)
-            self._curves[name].hear(time_s, round(verdict.margin, 3) if judging else None)
+            self._curves[name].add(time_s, round(verdict.margin, 3) if judging else None)
 
     def hear_fused(self, fused: FusionStatus) -> None:
-        """Take what the fusion says."""
+        """Take a fusion/verdict."""
         with self._lock:
             time_s = self._time(fused.stamp_ns, "fusion")
             self._fused = fused
@@ -257,24 +259,24 @@ class Picture:
             self._alert, self._alert_s = alert, now
 
     def hear_confidence(self, confidence: float) -> None:
-        """Take hijack_confidence; NaN where nothing can be said."""
+        """Take hijack_confidence; NaN without one."""
         with self._lock:
             self._confidence = confidence
 
     def hear_stale(self, text: str) -> None:
-        """Take what the fusion says while it has no verdict to make; empty if it has."""
+        """Take the text of a fusion without a verdict; empty with one."""
         with self._lock:
             self._stale = text
 
     def hear_complaint(self, name: str, text: str) -> None:
-        """Take what a node complains of; an empty text takes it back."""
+        """Take a complaint of a node; an empty text takes it back."""
         with self._lock:
             self._complaints[name[:LONGEST]] = text[:LONGEST], self._clock()
             now = self._clock()
             self._complaints = {
-                name: (text, heard_s)
-                for name, (text, heard_s) in self._complaints.items()
-                if text and now - heard_s <= OLD_S
+                name: (text, received_s)
+                for name, (text, received_s) in self._complaints.items()
+                if text and now - received_s <= OLD_S
             }
 
     def _time(self, stamp_ns: int, stream: str) -> float:
@@ -290,9 +292,9 @@ class Picture:
     def _seconds(self, stamp_ns: int) -> float:
         return round((stamp_ns - (self._start_ns or 0)) / NANOSECONDS, 3)
 
-    def _heard(self) -> Heard:
+    def _latest(self) -> Latest:
         silent_s = self._clock() - self._alert_s
-        return Heard(
+        return Latest(
             silent_s if math.isfinite(silent_s) else None,
             self._alert,
             self._fused,
@@ -302,7 +304,7 @@ class Picture:
 
     def _note_state(self, time_s: float) -> None:
         """Keep when the state changed; never before the change that was kept last."""
-        now, last = word(self._heard()), self._states.last
+        now, last = word(self._latest()), self._states.last
         waited_s = self._clock() - self._changed_s
         if now == "alarm" and waited_s < STAMP_S and not (self._fused and self._fused.alert):
             return  # fusion/verdict, which has the stamp of the alarm, is on its way
@@ -337,8 +339,8 @@ class Picture:
             "detectors": [self._row(name) for name in self.detectors],
             "complaints": [
                 f"{name}: {text}"
-                for name, (text, heard_s) in sorted(self._complaints.items())
-                if text and self._clock() - heard_s <= OLD_S
+                for name, (text, received_s) in sorted(self._complaints.items())
+                if text and self._clock() - received_s <= OLD_S
             ],
             "track": track,
             "states": states,
@@ -347,27 +349,27 @@ class Picture:
         return frame, Cursor(self._flight, tuple(history.count for history in histories))
 
     def _banner(self) -> Frame:
-        heard, fused = self._heard(), self._fused
+        latest, fused = self._latest(), self._fused
         since = self._states.last[0] if self._states.last else None
-        if fused is not None and fused.alert_since_ns is not None and word(heard) == "alarm":
+        if fused is not None and fused.alert_since_ns is not None and word(latest) == "alarm":
             since = self._seconds(fused.alert_since_ns)
         known = self._start_ns is not None
         return {
             "time": self._seconds(self._newest_ns) if known else None,
             "stamp": self._newest_ns / NANOSECONDS if known else None,
-            "state": word(heard),
-            "said": None if heard.silent_s is None else said(heard),
-            "why": sentence(heard)[:LONGEST],
+            "state": word(latest),
+            "said": None if latest.silent_s is None else last_state(latest),
+            "why": sentence(latest)[:LONGEST],
             "since": since,
-            "silent": None if heard.silent_s is None else round(heard.silent_s, 1),
-            "probability": None if word(heard) == "silent" else _finite(self._confidence),
+            "silent": None if latest.silent_s is None else round(latest.silent_s, 1),
+            "probability": None if word(latest) == "silent" else _finite(self._confidence),
         }
 
     def _row(self, name: str) -> Frame:
         verdict = self._verdicts.get(name)
         if verdict is None:
             return {"name": name, "state": "silent", "margin": None, "why": "no verdict yet"}
-        quiet_s = self._clock() - self._heard_s[name]
+        quiet_s = self._clock() - self._received_s[name]
         if quiet_s > OLD_S:
             why = f"no verdict for {quiet_s:.0f} s"
             return {"name": name, "state": "silent", "margin": None, "why": why}

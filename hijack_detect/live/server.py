@@ -17,7 +17,9 @@ from hijack_detect.live.handlers import Readers, application, is_loopback
 from hijack_detect.live.picture import Picture
 
 PERIOD_MS = 100.0
+"""Period of the events. Chosen: twice the rate of usual fixes; the eye needs no more."""
 STOP_S = 5.0
+"""Longest wait for the thread at the end. Chosen, not swept."""
 MOST_BODY = 4096
 
 
@@ -37,7 +39,7 @@ class Server:
         """Bind to an address; port 0 is any that is free.
 
         Raises:
-            ServerError: It cannot be bound; the text says what to do.
+            ServerError: It cannot be bound; the text has the remedy.
         """
         self.local = is_loopback(host)
         try:

@@ -44,7 +44,7 @@ Numbers = Sequence[float]
 
 
 class Input(Strictly):
-    """What every input may say."""
+    """Keys of every input."""
 
     file: str | None = Field(None, min_length=1)
     """Its file, beside the others; without, the file that the command names."""
@@ -114,7 +114,7 @@ class Fix(Input):
         return Logged("fix", stamp_ns, fix_sample(stamp_ns, place, accuracy, has_fix=True))
 
     def none(self, stamp_ns: int) -> Logged:
-        """The receiver says that it has no fix."""
+        """A fix without a position."""
         return Logged("fix", stamp_ns, FixSample(stamp_ns, 0.0, 0.0, 0.0, has_fix=False))
 
 

@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""CSV files, with a column map that says what their columns are."""
+"""CSV files, read by a column map."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from hijack_detect.logs.csv_map import ColumnMap
 from hijack_detect.logs.csv_table import Form, named_columns, rows
 from hijack_detect.logs.csv_units import nanoseconds
 from hijack_detect.logs.csv_words import Column, HasFix, Time
-from hijack_detect.logs.logged import Logged, Notes, Read, Wanted
+from hijack_detect.logs.logged import Logged, Notes, Read, Selection
 from hijack_detect.streams.messages import Limited, limited
 from hijack_detect.streams.samples import NANOSECONDS, Quaternion, Sample
 
@@ -28,11 +28,11 @@ WORDS = {
     "fluid_pressure": "pressure",
     "satellites": "count",
 }
-"""What a column map calls the fields of messages, where it is another word."""
+"""Names of fields of messages in a column map, where they differ."""
 
 
 def impossible(reading: Sample | Quaternion) -> str:
-    """What no sensor can mean in a reading, empty if there is nothing."""
+    """The field of a reading that no sensor can measure; empty without one."""
     for field, value, unit, low, high in _numbers(reading):
         if not low <= value <= high:
             name = field.split(".")[0]
@@ -96,7 +96,7 @@ class Header:
 
 
 class Source:
-    """Makes readings of one input; see `logged` and `tell`."""
+    """The readings of one input; see `logged` and `report`."""
 
     def __init__(self, name: str, given: Input, time: Time, header: Header, decimal: str) -> None:
         """Find its columns.
@@ -143,8 +143,8 @@ class Source:
         self._last_ns = found.stamp_ns
         return found
 
-    def tell(self, notes: Notes) -> None:
-        """Say what was left out, once all rows were read.
+    def report(self, notes: Notes) -> None:
+        """Note the rows that were left out, once all were read.
 
         Raises:
             BagError: No row has given a reading.
@@ -161,7 +161,7 @@ class Source:
                 self._same
             )
         if self._backwards:
-            notes.said.append(
+            notes.remarks.append(
                 f"{path.name}: time of {self._name} goes backwards {self._backwards} times, first "
                 f"in {self._first_backwards}"
             )
@@ -170,7 +170,7 @@ class Source:
         texts = [row[at].strip() if at < len(row) else "" for at in self._compared]
         values = texts[: len(self._at)]
         flag = texts[len(self._at)] if self._has_fix is not None else ""
-        has_fix = self._fix_said(flag) if flag else self._has_fix is None
+        has_fix = self._fix_flag(flag) if flag else self._has_fix is None
         needed = values[: len(values) - self._given.optional]
         if (has_fix and not all(needed)) or (not has_fix and not flag):
             return None
@@ -211,7 +211,7 @@ class Source:
             raise _BadRow(f"{self._label(at)}: {text!r} is not finite")
         return value
 
-    def _fix_said(self, text: str) -> bool:
+    def _fix_flag(self, text: str) -> bool:
         assert self._has_fix is not None
         if text.lower() in (*TRUE, *FALSE):
             return text.lower() in TRUE
@@ -229,13 +229,13 @@ def reader(columns: ColumnMap) -> Read:
     return partial(_read, columns)
 
 
-def _read(columns: ColumnMap, path: Path, wanted: Wanted, notes: Notes) -> Iterator[Logged]:
+def _read(columns: ColumnMap, path: Path, selection: Selection, notes: Notes) -> Iterator[Logged]:
     """Read a file, or the files of a folder that the map names; see `Read`."""
-    if wanted.imu or wanted.gps:
+    if selection.imu or selection.gps:
         raise BagError(f"{path}: of a CSV the map says which sensors are taken, not --imu or --gps")
     inputs = columns.inputs.given()
     if not any(one.utc for one in (columns.time, inputs["imu"].time) if one is not None):
-        notes.said.append("the times do not say UTC: stamps count from the autopilot's start")
+        notes.remarks.append("the times do not say UTC: stamps count from the autopilot's start")
     form = Form(columns.delimiter, columns.comment, columns.encoding, columns.header)
     names: dict[Path, list[str]] = {}
     for name, given in inputs.items():
@@ -262,7 +262,7 @@ def _logged(file: Path, form: Form, sources: list[Source], notes: Notes) -> Iter
             if (found := source.logged(line, row)) is not None:
                 yield found
     for source in sources:
-        source.tell(notes)
+        source.report(notes)
 
 
 def _file(path: Path, name: str, given: str | None) -> Path:

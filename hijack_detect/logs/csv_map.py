@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""The column map of a CSV: a YAML file that says what its columns are."""
+"""The column map of a CSV: a YAML file with the meaning of its columns."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def load_map(path: Path) -> ColumnMap:
     """Read a column map.
 
     Raises:
-        BagError: It cannot be read, or says what is not allowed: all of it, one line each.
+        BagError: It cannot be read, or has errors: all of them, one line each.
     """
     try:
         content = path.read_bytes()
@@ -106,10 +106,10 @@ def _lines(error: ValidationError) -> list[str]:
     for one in error.errors():
         steps = [step for step in one["loc"] if not str(step).startswith("constrained-")]
         where = ".".join(str(step + 1) if isinstance(step, int) else step for step in steps)
-        said = one["msg"].removeprefix("Value error, ")
+        problem = one["msg"].removeprefix("Value error, ")
         if one["type"] == "extra_forbidden":
-            said = "is no key of a map here"
+            problem = "is no key of a map here"
         elif one["type"] == "missing":
-            said = "is missing"
-        lines.append(f"{where}: {said}" if where else said)
+            problem = "is missing"
+        lines.append(f"{where}: {problem}" if where else problem)
     return list(dict.fromkeys(lines))

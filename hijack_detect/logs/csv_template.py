@@ -96,7 +96,8 @@ WIDTH = 24
 SINCE_1970 = ((1e18, "ns"), (1e15, "us"), (1e12, "ms"), (1e9, "s"))
 """From this number on a time counts from 1970, in this unit."""
 MICROSECONDS = 1e7
-"""Nothing has run for so many seconds; for so many microseconds, after ten seconds."""
+"""From this number on a time since the start is in microseconds. Chosen: 116 days in seconds, ten
+seconds in microseconds."""
 TEMPLATE = """\
 # Which columns of {file} are what.
 # Check every line: the columns were guessed from their names, {unknown} was not found. Take out
@@ -170,7 +171,7 @@ def template(path: Path) -> str:
 
 
 def advice(path: Path) -> str:
-    """What to do with a table of which nobody has said what its columns are."""
+    """The remedy for a table without a column map."""
     if known_map(path.parent) is not None:
         return f"{path}: is one of the files of ulog2csv: name their folder, {path.parent}"
     form = guessed_form(path)

@@ -100,7 +100,7 @@ class Time(Strictly):
 
 
 class HasFix(Strictly):
-    """A column that says whether there is a fix: true, or a number of at least `at_least`."""
+    """A column with the state of the fix: true, or a number of at least `at_least`."""
 
     column: Column
     at_least: float = 1.0

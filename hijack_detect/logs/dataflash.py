@@ -12,7 +12,7 @@ from typing import Any
 
 from hijack_detect.bags.errors import BagError
 from hijack_detect.logs.frames import FIX_3D, MILLIGAUSS_T, enu, flu, from_angles
-from hijack_detect.logs.logged import ATTITUDE, Logged, Notes, Wanted, fix_sample
+from hijack_detect.logs.logged import ATTITUDE, Logged, Notes, Selection, fix_sample
 from hijack_detect.logs.receiver_clock import ReceiverClock, receiver_clock
 from hijack_detect.streams.samples import (
     NANOSECONDS,
@@ -31,29 +31,31 @@ METRES_PER_HDOP = 2.1
 """Standard deviation of East and of North for an HDOP of 1, m: u-blox states 50 % within 2.5 m
 (NEO-6 and M8 without corrections, about that HDOP), and of two normal axes that is 1.18 σ."""
 CLAIM_NS = 2 * NANOSECONDS
-"""An accuracy (GPA) older than this says nothing of a fix."""
+"""Age at which an accuracy (GPA) expires. Chosen: ten fixes of 5 Hz; GPA comes with each GPS."""
 
 Make = Callable[[Any, int], Iterator[Logged]]
 
 
-def read(path: Path, wanted: Wanted, notes: Notes) -> Iterator[Logged]:
+def read(path: Path, selection: Selection, notes: Notes) -> Iterator[Logged]:
     """Read a log; see `Read`. The stamp of a GPS message is when the autopilot had it."""
     receiver = _Receiver()
     makers: dict[str, tuple[int, Make]] = {
-        "IMU": (wanted.imu, _imu),
-        "GPS": (wanted.gps, receiver.readings),
-        "GPA": (wanted.gps, receiver.accuracy),
+        "IMU": (selection.imu, _imu),
+        "GPS": (selection.gps, receiver.readings),
+        "GPA": (selection.gps, receiver.accuracy),
         "MAG": (0, _mag),
         "BARO": (0, _pressure),
     }
     seen: set[str] = set()
     with _opened(path) as log:
-        base_ns, clock = _clock(log, wanted.gps)
+        base_ns, clock = _clock(log, selection.gps)
         if not base_ns:
-            notes.said.append("the log does not know UTC: stamps count from the autopilot's start")
+            notes.remarks.append(
+                "the log does not know UTC: stamps count from the autopilot's start"
+            )
         if clock.corrects:
-            notes.said.append(clock.said())
-        notes.said.append("heights are above the sea, not above the ellipsoid")
+            notes.remarks.append(clock.remark())
+        notes.remarks.append("heights are above the sea, not above the ellipsoid")
         own_ns = 0
         for message in _messages(log, notes):
             kind, number = _sensor(message)
@@ -68,7 +70,7 @@ def read(path: Path, wanted: Wanted, notes: Notes) -> Iterator[Logged]:
                 yield from makers[kind][1](message, stamp_ns)
             elif kind in makers and kind != "GPA":
                 notes.skipped[f"{kind} number {number}: another one is taken"] += 1
-    for kind, number in (("IMU", wanted.imu), ("GPS", wanted.gps)):
+    for kind, number in (("IMU", selection.imu), ("GPS", selection.gps)):
         if kind not in seen:
             raise BagError(f"{path}: has no {kind} number {number}")
 
@@ -120,7 +122,7 @@ def _messages(log: Any, notes: Notes) -> Iterator[Any]:
         try:
             message = log.recv_msg()
         except Exception as error:
-            notes.said.append(f"the log is damaged, its rest is left out ({error!r})")
+            notes.remarks.append(f"the log is damaged, its rest is left out ({error!r})")
             return
         if message is None:
             return
@@ -159,7 +161,7 @@ def _imu(message: Any, stamp_ns: int) -> Iterator[Logged]:
 
 
 class _Receiver:
-    """Fix, velocity and satellites of GPS messages, with the accuracy that GPA or HDop tells."""
+    """Fix, velocity and satellites of GPS messages, with the accuracy of GPA or HDop."""
 
     def __init__(self) -> None:
         self._claimed: tuple[int, float, float] | None = None

@@ -18,7 +18,7 @@ from hijack_detect.logs import csv_log, dataflash, mcap, rosbag, tlog, ulog
 from hijack_detect.logs.csv_map import ColumnMap
 from hijack_detect.logs.csv_table import guessed_form
 from hijack_detect.logs.csv_template import advice, known_map
-from hijack_detect.logs.logged import ATTITUDE, Notes, Read, Wanted
+from hijack_detect.logs.logged import ATTITUDE, Notes, Read, Selection
 
 SQLITE = b"SQLite format 3"
 TEXT, TEXT_LINE = b"FMT, ", b"\nFMT, 128, 89, FMT, "
@@ -55,23 +55,23 @@ class Converted:
     notes: Notes = field(default_factory=Notes)
 
 
-def is_log(path: Path, wanted: Wanted | None = None) -> bool:
+def is_log(path: Path, selection: Selection | None = None) -> bool:
     """Whether a path is a log to be imported, and not an mcap bag or nothing at all.
 
-    An mcap bag is one if it has messages of PX4, or where a namespace of it is wanted.
+    An mcap bag is one if it has messages of PX4, or where a namespace of it is selected.
     """
-    return _recognised(path, wanted or Wanted()) is not None
+    return _recognised(path, selection or Selection()) is not None
 
 
 def convert(
-    path: Path, out: Path, wanted: Wanted | None = None, columns: ColumnMap | None = None
+    path: Path, out: Path, selection: Selection | None = None, columns: ColumnMap | None = None
 ) -> Converted:
     """Make the bag `out` of a log: our topics, FLU and ENU, stamps as log times.
 
     Args:
         path: The log.
         out: The bag, which must not exist.
-        wanted: Which of several sensors to take.
+        selection: Which of several sensors to take.
         columns: What the columns of a CSV are, if it is one.
 
     Raises:
@@ -81,9 +81,11 @@ def convert(
     """
     if columns is not None and not path.exists():
         raise BagError(f"{path}: does not exist; check the path")
-    wanted = wanted or Wanted()
+    selection = selection or Selection()
     found = (
-        _recognised(path, wanted) if columns is None else (csv_log.FORMAT, csv_log.reader(columns))
+        _recognised(path, selection)
+        if columns is None
+        else (csv_log.FORMAT, csv_log.reader(columns))
     )
     if found is None:
         if path.is_file() and guessed_form(path) is not None:
@@ -95,7 +97,7 @@ def convert(
     topics = dict(PRESETS["default"].items())
     try:
         with BagWriter(out) as writer:
-            for name, stamp_ns, value in read(path, wanted, done.notes):
+            for name, stamp_ns, value in read(path, selection, done.notes):
                 if isinstance(value, tuple):
                     writer.write_orientation(ATTITUDE, stamp_ns, value)
                 else:
@@ -112,53 +114,53 @@ def convert(
 
 @contextlib.contextmanager
 def as_bag(
-    path: Path, wanted: Wanted | None = None, columns: ColumnMap | None = None
+    path: Path, selection: Selection | None = None, columns: ColumnMap | None = None
 ) -> Iterator[tuple[Path, Converted | None]]:
     """A bag as it is, or one that is made of a log and taken away afterwards.
 
     Raises:
         BagError: As `convert`.
     """
-    if columns is None and not is_log(path, wanted):
+    if columns is None and not is_log(path, selection):
         if path.is_file() and path.suffix.lower() in TABLES and guessed_form(path) is not None:
             raise BagError(advice(path))
         yield path, None
         return
     with tempfile.TemporaryDirectory(prefix="hijack_detect_") as folder:
         bag = Path(folder) / path.stem
-        yield bag, convert(path, bag, wanted, columns)
+        yield bag, convert(path, bag, selection, columns)
 
 
 @contextlib.contextmanager
 def opened(
-    path: Path, wanted: Wanted | None = None, columns: ColumnMap | None = None
+    path: Path, selection: Selection | None = None, columns: ColumnMap | None = None
 ) -> Iterator[tuple[BagReader, Converted | None]]:
     """A reader of a bag, or of the one that is made of a log; see `as_bag`.
 
     Raises:
         BagError: As `convert`, or the bag cannot be read.
     """
-    with as_bag(path, wanted, columns) as (bag, converted):
+    with as_bag(path, selection, columns) as (bag, converted):
         made_from = None if converted is None else path
         with BagReader(bag, made_from=made_from) as reader:
             yield reader, converted
 
 
-def _recognised(path: Path, wanted: Wanted) -> tuple[str, Read] | None:
+def _recognised(path: Path, selection: Selection) -> tuple[str, Read] | None:
     """Name and reader of a log's format."""
     try:
         if path.is_dir():
             if any(path.glob("*.db3")):
                 return MAGICS[SQLITE]
             if any(path.glob("*.mcap")):
-                return _mcap(path, wanted)
+                return _mcap(path, selection)
             known = known_map(path)
             return None if known is None else ("CSV of ulog2csv", csv_log.reader(known))
         with path.open("rb") as file:
             head = file.read(BANNER_BYTES)
         begin = head[: max(map(len, MAGICS))]
         if begin.startswith(MCAP):
-            return _mcap(path, wanted)
+            return _mcap(path, selection)
     except (OSError, BagError):
         return None
     if len(begin) > TLOG_AT and begin[0] == 0 and begin[TLOG_AT] in TLOG_MAGICS:
@@ -167,12 +169,12 @@ def _recognised(path: Path, wanted: Wanted) -> tuple[str, Read] | None:
     return found or (MAGICS[TEXT] if TEXT_LINE in head else None)
 
 
-def _mcap(path: Path, wanted: Wanted) -> tuple[str, Read] | None:
+def _mcap(path: Path, selection: Selection) -> tuple[str, Read] | None:
     """None for a bag that is read as it is.
 
     Raises:
         BagError: The bag cannot be read.
     """
-    if wanted.namespace:
+    if selection.namespace:
         return "ROS 2 bag in mcap", mcap.read
     return ("ROS 2 bag in mcap with px4_msgs", mcap.read) if mcap.has_px4(path) else None

@@ -48,7 +48,7 @@ def fix_sample(
 
 
 @dataclass(frozen=True)
-class Wanted:
+class Selection:
     """Which of several sensors of a kind to take, counted from 0.
 
     Attributes:
@@ -64,22 +64,22 @@ class Wanted:
 
 @dataclass
 class Notes:
-    """What is worth knowing about an import.
+    """Remarks on an import, and counts of what it skipped.
 
     Attributes:
-        said: One sentence each.
-        skipped: What was left out, and how often.
+        remarks: One sentence each.
+        skipped: Number of readings left out, by reason.
     """
 
-    said: list[str] = field(default_factory=list)
+    remarks: list[str] = field(default_factory=list)
     skipped: Counter[str] = field(default_factory=Counter)
 
     def lines(self) -> list[str]:
         """All of it, a line each."""
-        return [*self.said, *(f"{what} ({count})" for what, count in self.skipped.items())]
+        return [*self.remarks, *(f"{what} ({count})" for what, count in self.skipped.items())]
 
 
-Read = Callable[[Path, Wanted, Notes], Iterator[Logged]]
+Read = Callable[[Path, Selection, Notes], Iterator[Logged]]
 """Reads a log. Stamps are nanoseconds of UTC where the log knows it, else since it began.
 
 Raises BagError if the log cannot be read or lacks what every flight needs.

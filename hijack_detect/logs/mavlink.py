@@ -33,7 +33,7 @@ from hijack_detect.streams.samples import (
 
 NO_CLIMB = "MAVLink has no vertical velocity of the GPS: velocities are horizontal"
 NO_MOTION = 0xFFFF
-"""vel and cog where the receiver does not say."""
+"""MAVLink: vel and cog that are unknown."""
 MAG_UPDATED, PRESSURE_UPDATED = 0b111 << 6, 1 << 9
 """Bits of fields_updated of a HIGHRES_IMU."""
 

@@ -13,7 +13,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from hijack_detect.bags.errors import BagError
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.bags.topics import TYPES
-from hijack_detect.logs.logged import Logged, Notes, Wanted
+from hijack_detect.logs.logged import Logged, Notes, Selection
 from hijack_detect.logs.rosbag import PX4, readings
 
 
@@ -56,10 +56,10 @@ class _Messages:
         self._store.register({name: of for name, of in found.items() if name not in known})
 
 
-def read(path: Path, wanted: Wanted, notes: Notes) -> Iterator[Logged]:
+def read(path: Path, selection: Selection, notes: Notes) -> Iterator[Logged]:
     """Read a bag; see `Read`."""
     with BagReader(path) as reader:
-        yield from readings(path, _Messages(reader), wanted, notes)
+        yield from readings(path, _Messages(reader), selection, notes)
 
 
 def has_px4(path: Path) -> bool:

@@ -33,7 +33,7 @@ INPUTS = {
 """Types of px4_msgs that are read, and the input of each; a SensorGps brings all of the GPS."""
 ABOVE_SEA = "the height above the ellipsoid is not filled: heights are above the sea"
 LONGEST_DELAY_US = 1_000_000
-"""A sample that is said to be older than this when it was published was not stamped."""
+"""A sample older than this at its publication was not stamped. Chosen: far above any delay."""
 LATEST_US = 2**31 * 1_000_000
 """The seconds of a stamp in ROS end here, in 2038."""
 

@@ -2,7 +2,7 @@
 """Rate of an autopilot's clock, from the receiver's time, and stamps corrected by it.
 
 ArduPilot on a BeagleBone (PXF) counted 12/13 of true time: every interval of its log is 7.7 % too
-short, so that what the IMU measured never fits what the GPS says.
+short, and the IMU never fits the GPS.
 """
 
 from __future__ import annotations
@@ -16,20 +16,24 @@ from hijack_detect.estimation.rotation import Array
 
 WEEK_S = 604_800.0
 LEAST_ERROR = 1e-3
-"""A rate that is off by less is left alone: crystals are within 150 ppm (18 logs of 12 vehicles),
-and 1000 ppm of a velocity of 10 m/s is 1 cm/s, far below its noise."""
+"""A smaller error of the rate is not corrected. Measured: crystals are within 150 ppm (18
+logs of 12 vehicles), and 1000 ppm of a velocity of 10 m/s is 1 cm/s, far below its noise."""
 WINDOW_S = 10.0
-"""Slopes are taken over this long: arrival jitters by 10 ms rms, which makes 1e-3 of each."""
+"""Length of a slope. Measured: arrival jitters by 10 ms rms, which makes 1e-3 of each."""
 SHORTEST_S = 30.0
-"""A log with less of the receiver's time is left alone."""
+"""A log with less of the receiver's time is not corrected. Chosen: three slopes."""
 OUTLIER_SIGMAS = 3.0
+"""Chosen: the usual 3 σ."""
 ROUNDS = 5
+"""Fits without outliers. Chosen, not swept."""
 LEAST_SPREAD_S = 1e-3
-"""Logs have milliseconds."""
+"""Smallest scatter: the resolution of logs, a millisecond."""
 SHARE = 0.7
-"""A line that fits less of the fixes than this is none: the receiver's time steps or drifts."""
+"""A line must fit this share of the fixes, or the receiver's time steps or drifts. Chosen, not
+swept."""
 WORST_S = 0.1
-"""Standard deviation of the arrivals about a line; 0.02 s is the largest of the 18 logs."""
+"""Largest standard deviation of the arrivals about a line. Measured: 0.02 s at most in 18 logs;
+five times that, chosen."""
 
 
 @dataclass(frozen=True)
@@ -55,8 +59,8 @@ class ReceiverClock:
             return own_ns
         return self.anchor_ns + round((own_ns - self.anchor_ns) * self.rate)
 
-    def said(self) -> str:
-        """What was done, in one sentence."""
+    def remark(self) -> str:
+        """The correction, in one sentence."""
         percent = 100.0 * abs(1.0 / self.rate - 1.0)
         way = "slow" if self.rate > 1.0 else "fast"
         return (

@@ -12,7 +12,7 @@ from hijack_detect.bags.samples import CONVERT
 from hijack_detect.bags.topics import NEEDED, PRESETS, TYPES
 from hijack_detect.logs import px4
 from hijack_detect.logs.frames import attitude
-from hijack_detect.logs.logged import ATTITUDE, Logged, Notes, Wanted
+from hijack_detect.logs.logged import ATTITUDE, Logged, Notes, Selection
 from hijack_detect.streams.messages import BadMessage, check
 from hijack_detect.streams.satellites import SATELLITES, SatelliteStamps
 
@@ -44,25 +44,25 @@ class Bag(Protocol):
         """The message."""
 
 
-def read(path: Path, wanted: Wanted, notes: Notes) -> Iterator[Logged]:
-    """Read a bag; see `Read`. Of several topics of a type, by name, the wanted one is taken.
+def read(path: Path, selection: Selection, notes: Notes) -> Iterator[Logged]:
+    """Read a bag; see `Read`. Of several topics of a type, by name, the selected one is taken.
 
     The names of mavros and of this package go first, for mavros has its estimates under others.
     """
     from rosbags.highlevel import AnyReader  # noqa: PLC0415  slow to load
 
     with AnyReader([path]) as reader:
-        yield from readings(path, reader, wanted, notes)
+        yield from readings(path, reader, selection, notes)
 
 
-def readings(path: Path, bag: Bag, wanted: Wanted, notes: Notes) -> Iterator[Logged]:
+def readings(path: Path, bag: Bag, selection: Selection, notes: Notes) -> Iterator[Logged]:
     """The readings of a bag that is open.
 
     Raises:
         BagError: It has no IMU or no GPS.
     """
     stamps = SatelliteStamps()
-    chosen = _chosen(path, bag.connections, wanted, notes)
+    chosen = _chosen(path, bag.connections, selection, notes)
     used = [one for one in bag.connections if one.id in chosen]
     for place, (connection, _, data) in enumerate(bag.messages(used)):
         name, kind = chosen[connection.id], connection.msgtype
@@ -86,10 +86,13 @@ def _input(one: Connection) -> str | None:
     return STANDARD.get(one.msgtype) or PX4.get(one.msgtype)
 
 
-def _chosen(path: Path, connections: Any, wanted: Wanted, notes: Notes) -> dict[int, str]:
+def _chosen(path: Path, connections: Any, selection: Selection, notes: Notes) -> dict[int, str]:
     """The input of each connection that is used, by its id."""
-    numbers = {"imu": wanted.imu, **dict.fromkeys(("fix", "velocity", SATELLITES), wanted.gps)}
-    space = f"/{wanted.namespace.strip('/')}/".replace("//", "/")
+    numbers = {
+        "imu": selection.imu,
+        **dict.fromkeys(("fix", "velocity", SATELLITES), selection.gps),
+    }
+    space = f"/{selection.namespace.strip('/')}/".replace("//", "/")
     topics: dict[str, list[str]] = {}
     for one in sorted(connections, key=lambda one: str(one.topic)):
         name = _input(one) if one.topic.startswith(space) else None
@@ -100,17 +103,17 @@ def _chosen(path: Path, connections: Any, wanted: Wanted, notes: Notes) -> dict[
     for name in NEEDED:
         if numbers[name] >= len(topics.get(name, ())):
             have = ", ".join(sorted({f"{one.topic} ({one.msgtype})" for one in connections}))
-            of = "" if space == "/" else f" in the namespace {wanted.namespace}"
+            of = "" if space == "/" else f" in the namespace {selection.namespace}"
             raise BagError(f"{path}: has no {name} number {numbers[name]}{of}; it has {have}")
     taken: dict[int, str] = {}
     for name, found in topics.items():
         found.sort(key=lambda topic: (not _is_known(name, topic), topic))
         topic = found[min(numbers.get(name, 0), len(found) - 1)]
-        notes.said.append(f"{name} is {topic}")
+        notes.remarks.append(f"{name} is {topic}")
         taken |= {one.id: name for one in connections if one.topic == topic}
         for other in found:
             if other != topic:
-                notes.said.append(f"{other} is left out: another {name} is taken")
+                notes.remarks.append(f"{other} is left out: another {name} is taken")
     return taken
 
 

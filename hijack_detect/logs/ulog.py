@@ -15,7 +15,7 @@ import numpy as np
 from hijack_detect.bags.errors import BagError
 from hijack_detect.logs import px4
 from hijack_detect.logs.frames import GAUSS_T, attitude, flu
-from hijack_detect.logs.logged import ATTITUDE, Logged, Notes, Wanted
+from hijack_detect.logs.logged import ATTITUDE, Logged, Notes, Selection
 from hijack_detect.logs.receiver_clock import ReceiverClock, receiver_clock
 from hijack_detect.streams.samples import (
     ImuSample,
@@ -33,30 +33,30 @@ TOPICS = (
     "vehicle_attitude",
 )
 READS_A_BYTE = 4
-"""A reader that looks for the next message after damage reads twice for each byte."""
+"""Bound of reads for each byte. Chosen: twice the two that a search after damage needs."""
 
 Columns = Mapping[str, Any]
 """Values of one topic by field, each of shape (n,)."""
 
 
-def read(path: Path, wanted: Wanted, notes: Notes) -> Iterator[Logged]:
+def read(path: Path, selection: Selection, notes: Notes) -> Iterator[Logged]:
     """Read a log; see `Read`. The stamp of a GPS message is when the driver had it."""
     topics = _topics(path, notes)
-    gps = _gps(path, topics, wanted.gps)
+    gps = _gps(path, topics, selection.gps)
     utc_us = gps.get("time_utc_usec", ())
     known = next((at for at, utc in enumerate(utc_us) if utc), None)
     offset_us = 0 if known is None else int(utc_us[known]) - int(gps["timestamp"][known])
     if known is None:
-        notes.said.append("the log does not know UTC: stamps count from the autopilot's start")
+        notes.remarks.append("the log does not know UTC: stamps count from the autopilot's start")
 
     clock = _clock(gps)
     if clock.corrects:
-        notes.said.append(clock.said())
+        notes.remarks.append(clock.remark())
 
     def stamp(microseconds: Any) -> int:
         return clock(int(microseconds) * 1000) + offset_us * 1000
 
-    streams = [_imu(path, topics, wanted.imu, stamp), _fixes(gps, stamp, notes)]
+    streams = [_imu(path, topics, selection.imu, stamp), _fixes(gps, stamp, notes)]
     for topic, rows in (
         ("vehicle_magnetometer", _mag),
         ("vehicle_air_data", _pressure),
@@ -65,7 +65,7 @@ def read(path: Path, wanted: Wanted, notes: Notes) -> Iterator[Logged]:
         if (columns := topics.get((topic, 0))) is not None:
             streams.append(rows(columns, stamp))
         else:
-            notes.said.append(f"the log has no {topic}")
+            notes.remarks.append(f"the log has no {topic}")
     yield from heapq.merge(*streams, key=lambda one: one.stamp_ns)
 
 
@@ -87,15 +87,15 @@ class _Forward(io.FileIO):
 def _topics(path: Path, notes: Notes) -> dict[tuple[str, int], Columns]:
     from pyulog import ULog  # noqa: PLC0415  an extra
 
-    told = io.StringIO()
-    with _Forward(path) as file, contextlib.redirect_stdout(told):  # where pyulog warns
+    warnings = io.StringIO()
+    with _Forward(path) as file, contextlib.redirect_stdout(warnings):  # where pyulog warns
         log = ULog(file, list(TOPICS))
-    notes.skipped.update(line.strip() for line in told.getvalue().splitlines() if line.strip())
+    notes.skipped.update(line.strip() for line in warnings.getvalue().splitlines() if line.strip())
     if log.file_corruption:
-        notes.said.append("the log is damaged: what could be read was taken")
+        notes.remarks.append("the log is damaged: what could be read was taken")
     if log.dropouts:
         lost_s = sum(one.duration for one in log.dropouts) / 1000.0
-        notes.said.append(f"the logger dropped {len(log.dropouts)} times, {lost_s:.1f} s in all")
+        notes.remarks.append(f"the logger dropped {len(log.dropouts)} times, {lost_s:.1f} s in all")
     return {(one.name, one.multi_id): one.data for one in log.data_list}
 
 
@@ -130,9 +130,9 @@ def _imu(
 def _clock(gps: Columns) -> ReceiverClock:
     """The clock of a log, from the receiver's time in it."""
     utc_us = np.asarray(gps.get("time_utc_usec", ()), dtype=np.int64)
-    told = np.flatnonzero(utc_us)
-    own_ns = gps["timestamp"][told].astype(np.int64) * 1000
-    return receiver_clock(own_ns.tolist(), (1e-6 * (utc_us[told] - utc_us[told][:1])).tolist())
+    known = np.flatnonzero(utc_us)
+    own_ns = gps["timestamp"][known].astype(np.int64) * 1000
+    return receiver_clock(own_ns.tolist(), (1e-6 * (utc_us[known] - utc_us[known][:1])).tolist())
 
 
 def _fixes(columns: Columns, stamp: Any, notes: Notes) -> Iterator[Logged]:
@@ -141,7 +141,7 @@ def _fixes(columns: Columns, stamp: Any, notes: Notes) -> Iterator[Logged]:
         row = {name: values[at] for name, values in columns.items()}
         if not above_sea and px4.height_m(row.__getitem__, in_degrees=in_degrees)[1]:
             above_sea = True
-            notes.said.append(px4.ABOVE_SEA)
+            notes.remarks.append(px4.ABOVE_SEA)
         yield from px4.gps(stamp(microseconds), row.__getitem__, in_degrees=in_degrees)
 
 

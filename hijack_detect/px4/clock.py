@@ -9,11 +9,13 @@ from enum import Enum
 UTC_FROM_US = 1_000_000_000_000_000
 """A time from here on (September 2001) is UTC: no autopilot has been on for 31 years."""
 ALIGN_US = 1_000_000
-"""So much of PX4's time is listened to before an offset is chosen."""
+"""PX4's time over which the least delay is taken as the offset. Chosen: a hundred messages of an
+IMU, of which one is fast."""
 BACK_US = 1_000_000
-"""A topic whose time goes back further has a clock that began anew."""
+"""A topic whose time goes back further has a clock that was restarted. Chosen, not swept; above
+any disorder of DDS."""
 FAR_NS = 1_000_000_000
-"""Stamps that are further from the system clock are worth a word."""
+"""Stamps that are further from the system clock are reported. Chosen: far above any delay."""
 
 
 class Kind(Enum):
@@ -30,23 +32,23 @@ class Px4Clock:
     Times that the agent has synchronised are UTC and stay as they are. Those that count from PX4's
     start get one constant offset, so that they keep PX4's spacing: the one with which, in the
     first second, the message that was fastest needed no time at all. What comes in that second is
-    used for nothing else. A clock that goes back, or turns from one kind into the other, begins
-    afresh.
+    used for nothing else. A clock that goes back, or turns from one kind into the other, is
+    restarted.
 
     Attributes:
         kind: What the timestamps count from.
-        restarts: How often it began afresh.
+        restarts: Number of restarts.
         offset_ns: What is added to a time that counts from PX4's start; None while it is not known.
         late_ns: By how much the newest stamp was behind the system clock.
     """
 
-    def __init__(self, tell: Callable[[str], None], warn: Callable[[str], None]) -> None:
-        """Know nothing yet; what is found goes to `tell`, what needs attention to `warn`."""
+    def __init__(self, log: Callable[[str], None], warn: Callable[[str], None]) -> None:
+        """Begin without an offset; `log` takes findings, `warn` problems."""
         self.kind = Kind.UNKNOWN
         self.restarts = 0
         self.offset_ns: int | None = None
         self.late_ns = 0
-        self._tell, self._warn = tell, warn
+        self._log, self._warn = log, warn
         self._newest_us: dict[str, int] = {}
         self._first_us = 0
         self._least_ns = 0
@@ -93,13 +95,13 @@ class Px4Clock:
         self.kind, self._first_us = kind, time_us
         self._least_ns = arrived_ns - time_us * 1000
         if kind is Kind.BOOT:
-            self._tell(
+            self._log(
                 "PX4's timestamps count from its start (UXRCE_DDS_SYNCT is 0, or the agent has not "
                 f"synchronised yet): listening for {ALIGN_US * 1e-6:g} s to set them to the system "
                 "clock"
             )
             return
-        self._tell("PX4's timestamps are UTC, synchronised by the agent: they stay as they are")
+        self._log("PX4's timestamps are UTC, synchronised by the agent: they stay as they are")
         if abs(self._least_ns) > FAR_NS:
             self._warn(
                 f"PX4's timestamps are {self._least_ns * 1e-9:.1f} s behind this system clock: "
@@ -112,7 +114,7 @@ class Px4Clock:
         if time_us - self._first_us < ALIGN_US:
             return False
         self.offset_ns = self._least_ns
-        self._tell(
+        self._log(
             f"PX4 started at {self.offset_ns * 1e-9:.3f} s of the system clock; this offset stays"
         )
         return True

@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""One topic of PX4 on its way to ours: what came, what was left out, how often."""
+"""One topic of PX4 on its way to ours, with counts of its messages."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class OtherVersion(BadMessage):
 PADDING = 4
 """Encoders may fill up the last word of a message, or not."""
 SILENT_S = 3.0
-"""A topic from which nothing came for so long is silent: no receiver is slower than 1 Hz."""
+"""Silence after which a topic is reported. Chosen: no receiver is slower than 1 Hz."""
 
 
 @dataclass

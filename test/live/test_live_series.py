@@ -34,7 +34,7 @@ def test_a_reader_gets_every_entry_once_as_far_as_it_is_kept(
 def test_a_curve_keeps_one_point_a_period_and_its_largest(values: list[float]) -> None:
     curve = Curve(1000, 1.0)
     for index, value in enumerate(values):
-        curve.hear(index * 0.1, value)
+        curve.add(index * 0.1, value)
     kept = curve.points.since(0)
     for period in range(len(values) // 10 - 1):
         whole = values[period * 10 : period * 10 + 10]
@@ -46,5 +46,5 @@ def test_a_curve_keeps_one_point_a_period_and_its_largest(values: list[float]) -
 def test_a_gap_is_kept_once() -> None:
     curve = Curve(10, 1.0)
     for index, value in enumerate((None, 0.5, 0.7, None, None, 0.2, None)):
-        curve.hear(index * 0.1, value)
+        curve.add(index * 0.1, value)
     assert [value for _, value in curve.points.since(0)] == [0.7, None, 0.2, None]

@@ -20,7 +20,7 @@ from hijack_detect.bags.reader import BagReader
 from hijack_detect.bags.samples import read_samples
 from hijack_detect.cli.main import main
 from hijack_detect.logs.formats import Converted, convert, is_log
-from hijack_detect.logs.logged import ATTITUDE, Wanted
+from hijack_detect.logs.logged import ATTITUDE, Selection
 from stress.fuzz.small_logs import FORCE, GYRO, PLACE, UTC_US, VELOCITY_NED
 
 RATES = "uint64 timestamp\nfloat32[3] gyro_rad\nfloat32[3] accelerometer_m_s2\n"
@@ -60,7 +60,7 @@ def px4(path: Path, definitions: dict[str, str], messages: list[Message], storag
     return path
 
 
-def imported(log: Path, wanted: Wanted | None = None) -> tuple[Converted, dict[str, list[Any]]]:
+def imported(log: Path, wanted: Selection | None = None) -> tuple[Converted, dict[str, list[Any]]]:
     out = log.with_name("out")
     done, found = convert(log, out, wanted), {}
     with BagReader(out) as reader:
@@ -205,13 +205,13 @@ def test_of_several_vehicles_one_is_named(storage: Any, tmp_path: Path) -> None:
     spaces = {"/uav1": 48.0, "/uav12": 12.0, "/uav2": 50.0}
     bag = mavros(tmp_path / ("flight" if storage else "flight.bag"), storage, spaces)
     for name, latitude in (("/uav2", 50.0), ("uav1/", 48.0)):
-        _, found = imported(bag, Wanted(namespace=name))
+        _, found = imported(bag, Selection(namespace=name))
         assert {one.latitude_deg for one in found["fix"]} == {latitude}
         (tmp_path / "out").rename(tmp_path / f"out{latitude}")
     with pytest.raises(
         BagError, match=r"has no imu number 0 in the namespace /uav3; it has .*/uav1"
     ):
-        imported(bag, Wanted(namespace="/uav3"))
+        imported(bag, Selection(namespace="/uav3"))
     done = CliRunner().invoke(main, ["analyze", str(bag), "--json", str(tmp_path / "a.json")])
     if storage is StoragePlugin.MCAP:
         assert done.exit_code == 2

@@ -30,7 +30,7 @@ def test_the_rate_is_found_over_the_end_of_a_week(rate: float) -> None:
 
 def test_a_slow_clock_is_said() -> None:
     clock = receiver_clock(*arrivals(13 / 12))
-    assert "7.7 % slow" in clock.said()
+    assert "7.7 % slow" in clock.remark()
 
 
 @pytest.mark.parametrize("rate", [1.0, 1.0 + 5e-4])

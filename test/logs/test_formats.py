@@ -21,7 +21,7 @@ from hijack_detect.bags.samples import read_samples
 from hijack_detect.cli.analyze import EXIT_NOT_JUDGED
 from hijack_detect.logs.dataflash import METRES_PER_HDOP
 from hijack_detect.logs.formats import Converted, as_bag, convert, is_log
-from hijack_detect.logs.logged import ATTITUDE, Wanted
+from hijack_detect.logs.logged import ATTITUDE, Selection
 from stress.fuzz import small_logs
 
 pytest.importorskip("pymavlink", reason="the extra logs is not installed")
@@ -165,12 +165,12 @@ def test_accuracy_of_a_dataflash_comes_from_gpa_or_hdop(tmp_path: Path) -> None:
 
 def test_another_imu_can_be_taken(tmp_path: Path) -> None:
     log = small_logs.dataflash(tmp_path / "flight.log")
-    convert(log, tmp_path / "out", Wanted(imu=1))
+    convert(log, tmp_path / "out", Selection(imu=1))
     with BagReader(tmp_path / "out") as reader:
         (_, first), *_ = read_samples(reader, reader.inputs())
     assert first.angular_velocity[0] == pytest.approx(small_logs.GYRO[0] + 1.0)  # type: ignore[union-attr]
     with pytest.raises(BagError, match="has no IMU number 2"):
-        convert(log, tmp_path / "none", Wanted(imu=2))
+        convert(log, tmp_path / "none", Selection(imu=2))
     assert not (tmp_path / "none").exists()
 
 
