@@ -23,7 +23,7 @@ from hijack_detect.simulation.plan import (
 Knots = tuple[list[float], list[float]]
 """Times in seconds and the values at these times, linear in between."""
 
-BRAKING = 4.0
+BRAKE_ROUTE_ACCELERATION = 4.0
 """m/s² to reach the speed."""
 BRAKING = 6.0
 """m/s² to a stop: what a tilt of 31° gives."""
@@ -40,7 +40,7 @@ def braking(start_s: float, end_s: float, cruise: float, rng: np.random.Generato
     """
     times, speeds, now = [start_s], [0.0], start_s
     while True:
-        fast = now + cruise / BRAKING
+        fast = now + cruise / BRAKE_ROUTE_ACCELERATION
         brake = fast + rng.uniform(3.0, 6.0)
         stop = brake + cruise / BRAKING
         if brake > end_s:
