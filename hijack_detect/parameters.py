@@ -90,6 +90,11 @@ class Parameters:
         return cls(**values)
 
 
+def basic_first(kind: type[Parameters]) -> list[dataclasses.Field[Any]]:
+    """The parameters of a set, those first that an integrator sets for a vehicle."""
+    return sorted(dataclasses.fields(kind), key=lambda field: not field.metadata["basic"])
+
+
 def _checked(field: dataclasses.Field[Any], value: Any) -> Value:
     """Return the value in its declared type, or raise ParameterError."""
     meta = field.metadata

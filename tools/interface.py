@@ -8,7 +8,6 @@ px4_bridge needs px4_msgs: source a workspace that has it.
 
 from __future__ import annotations
 
-import dataclasses
 import importlib
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -19,11 +18,11 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from hijack_detect.cli.parameter_files import OTHER_NODES
-from hijack_detect.monitor.parts import GENERIC_NODE, PARTS
+from hijack_detect.monitor.parts import PARTS
 from hijack_detect.nodes import COMPOSED, NODES, entry_point
 from hijack_detect.nodes.all import CompositionParameters
 from hijack_detect.nodes.detector_node import summary
-from hijack_detect.parameters import Parameters
+from hijack_detect.parameters import Parameters, basic_first
 from hijack_detect.replay.playback import ReplayParameters
 from tools.documents import write
 from tools.policies import graph, relative, run
@@ -106,16 +105,18 @@ def parameters_of(node: str) -> type[Parameters] | None:
 
 def parameter_rows(kind: type[Parameters]) -> Iterator[str]:
     """The table of a parameter set."""
-    yield "| parameter | default | | meaning |"
-    yield "|---|---|---|---|"
-    for field in dataclasses.fields(kind):
+    yield "| parameter | default | | meaning | source of the default |"
+    yield "|---|---|---|---|---|"
+    for field in basic_first(kind):
         meta = field.metadata
         low, high = meta["low"], meta["high"]
         ends = (("from", low), ("to", high)) if None in (low, high) else (("", low), ("to", high))
         bounds = " ".join(f"{word} {end:g}".strip() for word, end in ends if end is not None)
         allowed = ", ".join(f"`{one}`" for one in meta["choices"]) or f"{bounds} {meta['unit']}"
         default = f"`{field.default}`" if field.default != "" else "empty"
-        yield f"| `{field.name}` | {default} | {allowed.strip()} | {cell(meta['doc'])} |"
+        name = f"**`{field.name}`**" if meta["basic"] else f"`{field.name}`"
+        meaning, source = cell(meta["doc"]), cell(meta["source"])
+        yield f"| {name} | {default} | {allowed.strip()} | {meaning} | {source} |"
 
 
 def cell(text: str) -> str:
@@ -141,7 +142,7 @@ def table(rows: Rows) -> list[str]:
 
 def described(node: str) -> str:
     """The docstring of a node's module, without what is a heading in a terminal."""
-    part = next((one for one in PARTS if one.face == GENERIC_NODE and one.node == node), None)
+    part = next((one for one in PARTS if one.weight is not None and one.node == node), None)
     module = importlib.import_module(entry_point(node).partition(":")[0])
     written = module.__doc__ or "" if part is None else summary(part)
     text = re.sub(r"(?<=\S)\n(?=\S)", " ", written.strip())

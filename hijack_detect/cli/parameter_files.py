@@ -16,7 +16,7 @@ from hijack_detect.mavlink.parameters import BridgeParameters
 from hijack_detect.monitor.graph import MonitorParameters
 from hijack_detect.monitor.parts import Part
 from hijack_detect.monitor.policies import from_nodes, policy_parameters
-from hijack_detect.parameters import ParameterError, Parameters
+from hijack_detect.parameters import ParameterError, Parameters, basic_first
 from hijack_detect.px4.topics import Px4BridgeParameters
 from hijack_detect.recording.parameters import RecorderParameters
 from hijack_detect.spoofing.live import SpooferParameters
@@ -78,7 +78,8 @@ def parameter_file(policy: str, own: Sequence[Part] = ()) -> str:
     Raises:
         ParameterError: There is no such policy, or the name of a detector cannot be used.
     """
-    return manual(policy_parameters(policy, own), HEADER.format(policy=policy))
+    chosen = policy_parameters(policy, own)
+    return manual(chosen, HEADER.format(policy=policy) + _basic(chosen))
 
 
 def manual(chosen: MonitorParameters, header: str, *, changed_only: bool = False) -> str:
@@ -97,6 +98,16 @@ def manual(chosen: MonitorParameters, header: str, *, changed_only: bool = False
     return "\n".join(blocks)
 
 
+def _basic(chosen: MonitorParameters) -> str:
+    """Which parameters an integrator sets for a vehicle, as comment lines."""
+    lines = ["#", "# BASIC parameters, which a vehicle may need, first in their sections:"]
+    for part in chosen.parts:
+        fields = dataclasses.fields(part.parameters)
+        if names := [field.name for field in fields if field.metadata["basic"]]:
+            lines.append(_comment(f"{part.node}: {', '.join(names)}", 0))
+    return "\n".join(lines) + "\n"
+
+
 def node_file(node: str) -> str:
     """The text of the parameter file of a node beside the monitor, one of OTHER_NODES."""
     values = OTHER_NODES[node]()
@@ -108,7 +119,7 @@ def _block(node: str, values: Parameters, plain: Parameters, *, changed_only: bo
     """The parameters of one node."""
     summary = (type(values).__doc__ or "").strip().splitlines()[0]
     lines = [_comment(summary, 0), f"/**/{node}:", "  ros__parameters:"]
-    for field in dataclasses.fields(values):
+    for field in basic_first(type(values)):
         value, default = getattr(values, field.name), getattr(plain, field.name)
         if changed_only and value == default:
             continue
@@ -131,7 +142,9 @@ def _meaning(field: dataclasses.Field[Any], default: Any) -> str:
     if meta["low"] is not None:
         facts.append(f"{meta['low']:g} to {meta['high']:g} {meta['unit']}".rstrip())
     facts.append(f"default {json.dumps(default)}")
-    return f"{meta['doc']} [{'; '.join(facts)}]"
+    source = f" Source: {meta['source']}." if meta["source"] else ""
+    basic = "BASIC. " if meta["basic"] else ""
+    return f"{basic}{meta['doc']} [{'; '.join(facts)}]{source}"
 
 
 def _comment(text: str, indent: int) -> str:

@@ -88,6 +88,8 @@ class ReceiverReport:
             self._log.info(wrong or subject.over)
 
 
+OPTIONAL = ("velocity", "satellites", "mag", "pressure")
+"""Inputs without which a detector works, if less well."""
 MARGIN = "margin"
 """The figure that every detector has: score over threshold, so that all fit on one plot."""
 
@@ -245,10 +247,12 @@ def summary(part: Part) -> str:
     topics = [INPUTS[name].topic for name in inputs if name in INPUTS]
     if {*STAMPED} & {*inputs} and REFERENCE not in inputs:
         topics.append(f"{IMU_TOPIC} for its stamps")
+    absent = [INPUTS[name].topic for name in inputs if name in OPTIONAL]
+    may = f" ({_listed(absent)} may be absent)" if absent else ""
     published = {MARGIN: "score over threshold", **part.figures}
     figures = [f"{part.name}/{name} ({meaning})" for name, meaning in published.items()]
     text = (
-        f"Subscribes {_listed(topics)}. Publishes {part.name}/verdict (DiagnosticArray), "
+        f"Subscribes {_listed(topics)}{may}. Publishes {part.name}/verdict (DiagnosticArray), "
         f"{part.name}/hijacked (Bool), and as Float64 {_listed(figures)}. {load(part.face).BESIDE}"
     )
     wrapped = textwrap.fill(text, 100, break_long_words=False, break_on_hyphens=False)

@@ -80,8 +80,9 @@ def descriptor(field: dataclasses.Field[Any], *, read_only: bool) -> ParameterDe
     """Description, unit and bounds of a field, as `ros2 param describe` shows them."""
     meta = field.metadata
     unit = f" [{meta['unit']}]" if meta["unit"] else ""
+    source = f" Source: {meta['source']}." if meta["source"] else ""
     result = ParameterDescriptor(
-        description=meta["doc"] + unit, read_only=read_only or meta["fixed"]
+        description=meta["doc"] + unit + source, read_only=read_only or meta["fixed"]
     )
     result.additional_constraints = (
         "one of: " + ", ".join(meta["choices"]) if meta["choices"] else ""
