@@ -30,14 +30,14 @@ else:
     from backports import zstd
 
 MAX_CHUNK_BYTES = 512 * 2**20
-"""Largest decompressed chunk that is accepted; recorders write about 1 MiB."""
+"""Largest decompressed chunk that is accepted. Chosen: recorders write about 1 MiB."""
 
 CHUNK_HEADER = struct.Struct("<QQQI")
 """First and last log time, decompressed size, checksum."""
 
 
 class Damaged(Exception):
-    """Says what is wrong at which byte; the container makes it a BagError naming the file."""
+    """Damage at a byte; the container makes it a BagError with the name of the file."""
 
 
 def decompressed(content: bytes, offset: int) -> bytes:
@@ -189,7 +189,7 @@ class Container:
         self._file.close()
 
     def msgtype(self, channel: Channel) -> str:
-        """Return the ROS type of a channel, empty if the file does not say."""
+        """Return the ROS type of a channel, empty if the file has none."""
         return self._schemas.get(channel.schema_id, ("", b""))[0]
 
     def definition(self, channel: Channel) -> str:
@@ -211,7 +211,7 @@ class Container:
 
         Raises:
             BagError: The block is damaged, or it was the last one and the file has other messages
-                than it says.
+                than it states.
         """
         counts: Counter[int] = Counter()
         try:
@@ -226,13 +226,13 @@ class Container:
             raise self._damaged_error(str(error)) from error
 
     def _check_counts(self) -> None:
-        """Compare what was read with what the file says, once all of it was read."""
+        """Compare the counts of messages with those in the file, once all were read."""
         if len(self._read_blocks) < len(self.blocks) or self._read_counts == self.counts:
             return
         for number, channel in self.channels.items():
-            said, found = self.counts[number], self._read_counts[number]
-            if said != found:
-                raise Damaged(f"says that it has {said} messages of {channel.topic}, has {found}")
+            stated, found = self.counts[number], self._read_counts[number]
+            if stated != found:
+                raise Damaged(f"says that it has {stated} messages of {channel.topic}, has {found}")
 
     def _open(self) -> None:
         self._size = self._file.seek(0, 2)

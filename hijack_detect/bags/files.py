@@ -12,6 +12,7 @@ from hijack_detect.bags.errors import BagError
 
 METADATA = "metadata.yaml"
 MAX_METADATA_BYTES = 16 * 2**20
+"""Chosen, not swept; far above the metadata of a bag."""
 
 
 def mcap_files(path: Path) -> list[Path]:

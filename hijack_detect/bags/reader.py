@@ -50,7 +50,8 @@ def place(text: str) -> Path:
 
 
 MAX_HELD_BYTES = 2**30
-"""Most message bytes that may wait for their turn where chunks overlap in time."""
+"""Most message bytes that may wait for their turn where chunks overlap in time. Chosen, not
+swept."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +81,7 @@ class BagReader:
     matters, so recovering it is the analyst's decision.
 
     Attributes:
-        path: What was opened.
+        path: The path that was opened.
         start_ns: Log time of the first message, nanoseconds.
         end_ns: Log time of the last message, nanoseconds.
         topics: Type by topic, of the topics that have messages.
@@ -90,7 +91,7 @@ class BagReader:
     """
 
     def __init__(self, path: str | Path, *, made_from: Path | None = None) -> None:
-        """Open a bag and read what is in it.
+        """Open a bag and read its topics.
 
         Args:
             path: A rosbag2 directory, a directory with exactly one mcap file, or an mcap file; a
@@ -194,7 +195,7 @@ class BagReader:
         """
         try:
             return typestore().deserialize_cdr(raw.data, raw.msgtype)
-        except Exception as error:  # rosbags raises whatever the bytes lead it to
+        except Exception as error:  # rosbags raises anything
             known = raw.msgtype in typestore().fielddefs
             what = (
                 f"malformed {raw.msgtype} of {len(raw.data)} bytes ({error!r}); the file is damaged"

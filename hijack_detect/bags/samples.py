@@ -92,7 +92,7 @@ def read_samples(
 
     A message with a value that no sensor can mean is refused and the next one is read. A number
     of satellites gets the stamp of its fix from `SatelliteStamps`, so it follows after the next
-    fix. What was not measured is marked, see `Absence`.
+    fix. Components without a measurement are marked, see `Absence`.
 
     Args:
         reader: The bag.

@@ -120,7 +120,7 @@ class BagWriter:
             known = self._types.fielddefs
             self._types.register({name: of for name, of in found.items() if name not in known})
             self._types.hash_rihs01(msgtype)
-        except Exception as error:  # rosbags raises whatever the text leads it to
+        except Exception as error:  # rosbags raises anything
             raise BagError(f"{self.path}: the definition of {msgtype} is not known") from error
 
     def write_raw(self, topic: str, msgtype: str, log_ns: int, data: bytes) -> None:

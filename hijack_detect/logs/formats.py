@@ -47,7 +47,7 @@ class Converted:
     Attributes:
         format: Name of the log's format.
         messages: Messages by topic.
-        notes: What is worth knowing.
+        notes: Remarks on the import.
     """
 
     format: str
@@ -105,7 +105,7 @@ def convert(
                 done.messages[topics.get(name, name)] += 1
     except (BagError, ModuleNotFoundError):
         raise
-    except Exception as error:  # the libraries raise whatever the bytes lead them to
+    except Exception as error:  # the libraries raise anything
         raise BagError(
             f"{path}: cannot be read as {done.format} ({error!r}); copy it again"
         ) from error

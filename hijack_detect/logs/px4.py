@@ -62,7 +62,7 @@ def stamp_us(name: str, message: Any) -> int:
 
 
 def readings(name: str, message: Any, stamp_ns: int) -> Iterator[Logged]:
-    """What is in a message of px4_msgs, in FLU, ENU and SI.
+    """The readings of a message of px4_msgs, in FLU, ENU and SI.
 
     Args:
         name: The input, see INPUTS.

@@ -127,7 +127,7 @@ PX4 = {
     f"{px4.PACKAGE}/msg/VehicleGpsPosition": "fix",
     f"{px4.PACKAGE}/msg/VehicleAttitude": ATTITUDE,
 }
-"""The input of each message of PX4, whatever its topic is called: /fmu/out/vehicle_attitude has
+"""The input of each message of PX4, by any name of its topic: /fmu/out/vehicle_attitude has
 become /fmu/out/vehicle_attitude_v1 where the definition has changed."""
 
 

@@ -126,7 +126,7 @@ class Bridge:
         self.tick()
 
     def tick(self) -> None:
-        """Do what is due."""
+        """Send and log everything that is due."""
         now_ns = self._now()
         self._watch(now_ns)
         texts, act = self.alarm.due(now_ns)
@@ -226,7 +226,7 @@ class Bridge:
         self._alive = not missing
 
     def missing(self, now_ns: int) -> str:
-        """What is missing of the autopilot; empty for nothing."""
+        """The missing part of the autopilot; empty for none."""
         vehicle, imu_ns = self.vehicle, self.inputs.received_ns
         if vehicle is None:
             return "no autopilot with heartbeat and IMU is heard"

@@ -2,7 +2,7 @@
 """Bytes to messages and back (pymavlink): both framings, all messages of both autopilots, signing.
 
 The dialect ardupilotmega holds that of PX4 (common). Only the messages of pymavlink are used, not
-its connections: those wait, print, and answer to whoever has ever sent something.
+its connections: those wait, print, and answer to every sender.
 """
 
 from __future__ import annotations

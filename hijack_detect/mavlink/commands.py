@@ -64,7 +64,7 @@ class Commander:
             self._delivery = None
 
     def due(self, now_ns: int) -> Iterator[tuple[Order, int]]:
-        """What is to be sent to the autopilot now, and with which confirmation."""
+        """The order to send to the autopilot now, and its confirmation."""
         if self._begun and self._kind is not None:
             self._begun = False
             self._make(self._kind)

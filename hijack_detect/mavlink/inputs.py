@@ -141,7 +141,7 @@ class Inputs:
 
 
 def _stream(kind: str) -> str:
-    """What is in order: an IMU goes on from the one before it."""
+    """Name of a stream with stamps in order: an IMU goes on from the one before it."""
     return "imu" if kind in RANKS else kind
 
 

@@ -43,7 +43,7 @@ class Rates:
         self._delivery = None
 
     def due(self, now_ns: int) -> tuple[Order, int] | None:
-        """What is to be sent now, and with which confirmation."""
+        """The order to send now, and its confirmation."""
         if self._delivery is None and self._queue:
             self._name, self._hz = self._queue.popleft()
             number = getattr(self._mavlink, f"MAVLINK_MSG_ID_{self._name}")
@@ -81,7 +81,7 @@ ADDRESS = tuple[int, int]
 
 @dataclass
 class Vehicle:
-    """The autopilot: its address, what it is, and when its newest heartbeat came (ns)."""
+    """The autopilot: its address, its kind, and the time of its newest heartbeat (ns)."""
 
     address: ADDRESS
     kind: Kind
@@ -100,27 +100,27 @@ class Vehicle:
 
 
 class Search:
-    """Finds the autopilot: who has a heartbeat of one, and then sends an IMU.
+    """The search for the autopilot: a sender of its heartbeats that also sends an IMU.
 
-    The first is kept for good. Whoever comes later, or has another number than is wanted, gets
-    no command, and none of its messages is used.
+    The first is kept for good. One that comes later, or has another system id, gets no command,
+    and its messages are ignored.
     """
 
     def __init__(self, wanted: int, mavlink: ModuleType) -> None:
-        """Want a system; 0 takes the first."""
+        """Accept this system only; 0 takes the first."""
         self._wanted, self._mavlink = wanted, mavlink
         self._candidates: dict[ADDRESS, tuple[Kind, int]] = {}
         self.found: Vehicle | None = None
 
     @property
     def likely(self) -> ADDRESS | None:
-        """Who is asked to send an IMU: the one found, or else the first with a heartbeat."""
+        """The address that is asked for an IMU: the one found, or the first with a heartbeat."""
         if self.found is not None:
             return self.found.address
         return next(filter(self._is_wanted, self._candidates), None)
 
     def heartbeat(self, message: Any, now_ns: int) -> ADDRESS | None:
-        """Take a HEARTBEAT; returns who is another autopilot than the one found."""
+        """Take a HEARTBEAT; return its sender if that is another autopilot than the one found."""
         none, station = self._mavlink.MAV_AUTOPILOT_INVALID, self._mavlink.MAV_TYPE_GCS
         if message.autopilot == none or message.type == station:
             return None
@@ -147,5 +147,5 @@ class Search:
 
 
 def address_of(message: Any) -> ADDRESS:
-    """Who sent a message."""
+    """Sender of a message."""
     return message.get_srcSystem(), message.get_srcComponent()

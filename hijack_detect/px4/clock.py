@@ -38,7 +38,7 @@ class Px4Clock:
     Attributes:
         kind: What the timestamps count from.
         restarts: Number of restarts.
-        offset_ns: What is added to a time that counts from PX4's start; None while it is not known.
+        offset_ns: Stamp less the time since PX4's start; None while it is not known.
         late_ns: By how much the newest stamp was behind the system clock.
     """
 

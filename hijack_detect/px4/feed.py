@@ -31,7 +31,7 @@ class Feed:
     """Turns messages of one topic into samples.
 
     Attributes:
-        topic: What it is.
+        topic: The topic.
         size: Bytes of a message as the installed px4_msgs writes it; all of these types have one
             size.
         received: Messages so far.
@@ -68,7 +68,7 @@ class Feed:
             arrived_ns: When it arrived by the system clock, nanoseconds.
 
         Raises:
-            BadMessage: It, or the next part of it, says what no sensor can mean.
+            BadMessage: It, or the next part of it, has a value that no sensor can measure.
         """
         name = self.topic.name
         time_us = stamp_us(name, message)

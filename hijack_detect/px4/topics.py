@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""The topics of PX4: their types, their versions, and what is lost without them."""
+"""The topics of PX4: their types, their versions, and the loss without them."""
 
 from __future__ import annotations
 

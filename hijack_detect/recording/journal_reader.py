@@ -229,7 +229,7 @@ def utc(ns: int | None) -> str:
 
 
 def nanoseconds(text: str) -> int:
-    """A time given as ISO 8601 (UTC unless it says otherwise) or as seconds since 1970.
+    """A time given as ISO 8601 (UTC without a zone) or as seconds since 1970.
 
     Raises:
         ValueError: It is neither.

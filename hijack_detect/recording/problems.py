@@ -29,7 +29,7 @@ _OTHERWISE = "check the disk, or choose another 'folder'"
 
 
 def problem_text(path: Path, error: Exception) -> str:
-    """One sentence: which file, what is wrong, what to do."""
+    """One sentence: the file, the problem, the remedy."""
     if isinstance(error, (FolderInUseError, JournalError)):
         return str(error)
     text = " ".join(str(error).split())

@@ -160,7 +160,7 @@ class SnapshotFolder:
     def _excess(self, keep: str) -> tuple[str, ...]:
         """Names of the oldest bags beyond the bounds, never those of the snapshot `keep`.
 
-        Old is what was written long ago: the stamps of a replayed flight may be of any year.
+        Age is that of the file: the stamps of a replayed flight may be of any year.
         """
         try:
             bags = [(path, _size(path), path.stat().st_mtime_ns) for path in self._bags()]
@@ -243,7 +243,7 @@ class SnapshotWriter:
             self.lost += 1
 
     def poll(self, wall_s: float) -> Written | Failed | None:
-        """Begin the next one; return what was written or failed since the last call, if any."""
+        """Begin the next one; return one that was written or failed since the last call, if any."""
         done = None
         if self._writing is not None and self._writing.done():
             done = self._take(self._writing, wall_s)

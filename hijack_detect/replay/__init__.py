@@ -1,2 +1,2 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""A recorded flight: through the monitor, as messages, with attacks, and what is true of it."""
+"""A recorded flight: through the monitor, as messages, with attacks, and its ground truth."""

@@ -29,7 +29,7 @@ from hijack_detect.spoofing.scenario import Scenario
 
 @dataclass
 class Injection:
-    """What was written.
+    """Counts of an injection.
 
     Attributes:
         messages: Number of messages.
@@ -55,9 +55,9 @@ def inject(
 ) -> Injection:
     """Copy a bag with the attacks of a scenario on its GPS.
 
-    All other messages are copied byte for byte. The copy has two more topics: /spoof_active says
-    with each fix whether it is spoofed, /truth/measured_fix holds the fixes as they were. A
-    label.json beside the bag says the same for an evaluation.
+    All other messages are copied byte for byte. The copy has two more topics: /spoof_active, with
+    each fix, whether it is spoofed; /truth/measured_fix, the fixes as they were. A label.json
+    beside the bag holds the same for an evaluation.
 
     Args:
         reader: The bag.
@@ -102,7 +102,7 @@ def inject(
 
 
 def _kept(reader: BagReader, writer: BagWriter, done: Injection) -> set[str]:
-    """The topics to copy; makes their types known to the writer and notes what is left out."""
+    """The topics to copy; makes their types known to the writer and notes the others."""
     kept = set()
     for topic, msgtype in reader.topics.items():
         if topic == SPOOF_ACTIVE:

@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""Runs a bag through the monitor without ROS: what the nodes would say, to the bit."""
+"""A bag through the monitor without ROS: the verdicts of the nodes, to the bit."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from hijack_detect.streams.absence import Absence
 from hijack_detect.streams.samples import NANOSECONDS, FixSample, Sample
 
 LONGEST_RUN_NS = NANOSECONDS // 2
-"""What a monitor is given at once of an input: far less than any other is waited for."""
+"""Longest run of one input that is pushed at once. Chosen: far below the timeout of any other."""
 
 
 @dataclass
 class FlightNotes:
-    """What is noted of the samples of one bag."""
+    """Notes on the samples of one bag."""
 
     start_ns: int
     """Log time of the bag's first message; scenario times count from here."""
@@ -43,7 +43,7 @@ class FlightNotes:
 
 @dataclass
 class OfflineRun(FlightNotes):
-    """Everything that was said about one bag."""
+    """All verdicts on one bag."""
 
     verdicts: dict[str, list[Verdict]] = field(default_factory=dict)
     """Verdicts of each detector, in order of stamp."""
@@ -129,7 +129,7 @@ def run_samples(
     on_sample: Callable[[Sample], None] | None = None,
     on_output: Callable[[str, Any], None] | None = None,
 ) -> OfflineRun:
-    """Feed samples to a monitor and keep in `run` what its detectors and fusion say.
+    """Feed samples to a monitor and keep in `run` the verdicts of its detectors and fusion.
 
     Args:
         samples: See `outputs_of`.

@@ -23,7 +23,7 @@ from hijack_detect.streams.samples import NANOSECONDS
 
 @dataclass(frozen=True)
 class ReplayParameters(Parameters):
-    """What is replayed, how fast, and with which attack."""
+    """The bag to replay, its speed, and its attack."""
 
     bag: str = param(
         "",
@@ -133,7 +133,7 @@ _ANSWERS = re.compile(
     r"|(correlation|date|kld|coast|drag|gnss|altitude|heading)/.*"
     r"|imu/data|yaw|gps_angle|gps/course|flight_phase"
 )
-"""What the nodes of this package say, by the relative name."""
+"""Topics that the nodes of this package publish, by relative name."""
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*)*")
 _INFRASTRUCTURE = re.compile(r"clock|diagnostics(_agg)?|(.*/)?(rosout|parameter_events)")
 
@@ -141,8 +141,8 @@ _INFRASTRUCTURE = re.compile(r"clock|diagnostics(_agg)?|(.*/)?(rosout|parameter_
 class Route(NamedTuple):
     """Where the messages of one topic go.
 
-    `headed` says that the message begins with a std_msgs/Header, `input_name` which input of the
-    detectors it is, empty if none.
+    `headed`: whether the message begins with a std_msgs/Header. `input_name`: the input of the
+    detectors, empty if none.
     """
 
     topic: str
@@ -213,7 +213,7 @@ def routes(
 
 
 def _refusal(name: str, relative: str, msgtype: str, *, spoofing: bool) -> str:
-    """Say why a topic is left out, empty if it is not."""
+    """Return why a topic is left out, empty if it is not."""
     if name:
         needed = TYPES[name]
         return "" if msgtype == needed else f"its type is {msgtype}, the input needs {needed}"
@@ -229,7 +229,7 @@ def _refusal(name: str, relative: str, msgtype: str, *, spoofing: bool) -> str:
 
 
 def is_answer(topic: str) -> bool:
-    """Whether a topic is what the nodes of this package say, not what they hear."""
+    """Whether the nodes of this package publish a topic, and do not subscribe to it."""
     return _ANSWERS.fullmatch(topic.lstrip("/")) is not None
 
 
@@ -437,7 +437,7 @@ class Playback:
 def moved_stamp(data: bytes, offset_ns: int) -> bytes:
     """Return the message with its header stamp moved; one that is not set (zero) stays.
 
-    A stamp that would leave what ROS can say stays, too.
+    A stamp that would leave the range of ROS stays, too.
     """
     old = stamp_from_bytes(data)
     if not old or not 0 <= old + offset_ns < _MAX_SECONDS * NANOSECONDS:

@@ -33,17 +33,17 @@ class Tick(NamedTuple):
 
 
 class Player:
-    """Says what is to be published now.
+    """The clock of a replay: gives the next event to publish.
 
     `due` gives the next event as soon as its time has come, and the same one again until
     `advance` is called: nothing is lost when it cannot be sent yet. A player that is late keeps
-    the order and catches up as fast as it is asked.
+    the order and catches up.
 
     Attributes:
-        state: What it does.
+        state: What the player does.
         head: The next message, None at the end.
         published: Number of messages sent, by topic.
-        passes: How often the bag was begun.
+        passes: Number of passes that were begun.
         error: Why the replay ended before the bag's end, empty if it did not.
     """
 
@@ -95,7 +95,7 @@ class Player:
             self.state = State.PAUSED
 
     def step(self) -> str:
-        """Allow one message while paused, and say which; empty if not paused."""
+        """Allow one message while paused, and return its name; empty if not paused."""
         if self.state is not State.PAUSED or self.head is None:
             return ""
         if self._offset_ns is None:
@@ -112,7 +112,7 @@ class Player:
         self._rate = rate
 
     def due(self) -> Tick | Outgoing | None:
-        """Return what is to be published now, None if nothing is."""
+        """Return the event to publish now, None without one."""
         if self.head is None or not (self.state is State.PLAYING or self._steps):
             return None
         tick = self._grid(self._position_ns())
@@ -125,7 +125,7 @@ class Player:
         return self.head
 
     def advance(self, event: Tick | Outgoing) -> None:
-        """Take note that what `due` gave was published."""
+        """Note that the event of `due` was published."""
         if isinstance(event, Tick):
             self._tick_ns = event.ns - (self._offset_ns or 0)
             return
@@ -167,11 +167,11 @@ class Player:
         return (position - before[1]) / max(now - before[0], 1)
 
     def where(self) -> str:
-        """Say what it does and where it is."""
+        """Its state and position, in words."""
         return f"{self.state.value} at {self.position_s:.3f} s of {self.end_s:.3f} s"
 
     def report(self) -> dict[str, str]:
-        """Return what was published and what was not, for people."""
+        """Figures of the replay, for people."""
         rejected = self._playback.rejected.counts
         return {
             "bag": str(self._playback.reader.path),

@@ -39,7 +39,7 @@ def make_bag(
 ) -> dict[str, Any]:
     """Simulate a flight and write it as a rosbag2 directory, with the topics of the nodes.
 
-    Beside the bag lies `label.json`, which says what was flown and attacked.
+    Beside the bag lies `label.json`: flight and attack.
 
     Args:
         out: The directory to make; it must not exist.

@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""What is known of a bag's attack from elsewhere: a scenario, ground truth topics, or a label."""
+"""The ground truth of a bag: a scenario, topics, or a label."""
 
 from __future__ import annotations
 
@@ -76,8 +76,8 @@ def changes(verdicts: Sequence[Verdict]) -> list[tuple[int, State]]:
 
 
 DEVIATED_M = 4.0
-"""Metres from its target at which a vehicle has left its route; its own control and the noise of
-an honest GPS take it up to 3.5 m away."""
+"""Metres from its target at which a vehicle has left its route. Measured: its own control and the
+noise of an honest GPS take it up to 3.5 m away."""
 
 
 def flight_label(name: str, flight: Flight, scenario: Scenario | None) -> dict[str, Any]:
@@ -125,7 +125,7 @@ def flight_label(name: str, flight: Flight, scenario: Scenario | None) -> dict[s
 
 
 def attack_label(scenario: Scenario, end_s: float) -> dict[str, Any]:
-    """What is known of an attack before it is flown: kind, parameters, and when, in seconds."""
+    """The label of an attack before it is flown: kind, parameters, and times in seconds."""
     segments = scenario.segments
     return {
         "kind": "+".join(dict.fromkeys(segment.model.type for segment in segments)),
@@ -183,14 +183,15 @@ SPOOF_ACTIVE = "/spoof_active"
 """Whether the fixes are spoofed, `std_msgs/Bool`, logged with each fix."""
 LABEL = "label.json"
 GPS_LAG_S = 0.15
-"""A fix tells where the vehicle was this long before its stamp, about."""
+"""Lag of a fix behind its position, s. Simulation: the middle of the 0.1 to 0.2 s of
+docs/simulator.md."""
 
 
 Source: TypeAlias = Literal["scenario", "ground_truth", "label"]
 
 
 class Known(NamedTuple):
-    """What is known of an attack: its times, None for none, and what tells it.
+    """A known attack: its times, None for none, and their source.
 
     Without a `source` nothing is known, not even that there was none.
     """
@@ -291,7 +292,7 @@ def attack_times(scenario: Scenario, start_ns: int) -> Attack:
 
 
 def read_label(bag: Path) -> dict[str, Any] | None:
-    """What `label.json` beside a bag says of the flight, None where there is none.
+    """The content of `label.json` beside a bag, None without one.
 
     Raises:
         BagError: The file is no label.

@@ -18,7 +18,7 @@ from hijack_detect.streams.samples import Quaternion, Vector3
 
 STEP_S = 1.0 / RATE_HZ
 POSITION_GAIN = 1.0
-"""1/s"""
+"""1/s. All numbers of this controller are chosen; docs/simulator.md has how well it flies."""
 VELOCITY_GAIN = 2.5
 """1/s"""
 INTEGRAL_GAIN = 1.0
@@ -38,7 +38,7 @@ LEASH_M = 20.0
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """What is asked of the vehicle: thrust per mass (m/s²) and attitude (FLU to ENU)."""
+    """A command to the vehicle: thrust per mass (m/s²) and attitude (FLU to ENU)."""
 
     thrust: float
     attitude: Quaternion

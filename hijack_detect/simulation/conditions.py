@@ -62,7 +62,7 @@ class Conditions:
 
 
 def draw_conditions(plan: FlightPlan, rng: np.random.Generator) -> Conditions:
-    """Draw the conditions of a flight; what the plan asks for replaces what was drawn.
+    """Draw the conditions of a flight; values of the plan replace drawn ones.
 
     The ranges are those of recorded small multirotors: drag of 0.21 to 0.30 1/s with little
     quadratic part, a GPS lag that differs from vehicle to vehicle, gusts of 5 to 20 % of the
@@ -97,5 +97,5 @@ def draw_conditions(plan: FlightPlan, rng: np.random.Generator) -> Conditions:
 
 
 def _asked(asked: float | None, drawn: float) -> float:
-    """What was asked for, or else what was drawn."""
+    """The value of the plan, or else the drawn one."""
     return drawn if asked is None else asked

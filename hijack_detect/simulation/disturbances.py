@@ -114,7 +114,7 @@ class Spin:
 
 @dataclass(frozen=True)
 class Outage:
-    """The receiver says nothing for a while; its noise goes on as if it had.
+    """An outage of the receiver; its noise goes on as without one.
 
     Attributes:
         start_s: Begin, seconds from the start of the recording.
@@ -164,7 +164,7 @@ class Vibration:
     """Rotors out of balance on a hard mount, read without a filter before the sampling.
 
     Attributes:
-        force_rms: What it adds to the accelerometer in flight, m/s² rms on each axis.
+        force_rms: Vibration of the accelerometer in flight, m/s² rms on each axis.
         rotor_hz: Mean revolutions a second of the rotors. What is above half of the sampling rate
             is read as a lower frequency.
         wander_hz: Deviation of each rotor from that, as the motors are regulated.

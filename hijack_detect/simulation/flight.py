@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""One simulated flight: the truth, and what the sensors say of it."""
+"""One simulated flight: the truth, and the samples of the sensors."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from hijack_detect.streams.samples import (
 )
 
 VERTICAL_GUSTS = 0.4
-"""Deviation of the vertical gusts over that of the horizontal ones, near the ground."""
+"""Deviation of the vertical gusts over that of the horizontal ones, near the ground. Chosen."""
 
 
 def wind(
@@ -49,7 +49,7 @@ class Flight:
     """A simulated flight.
 
     Attributes:
-        plan: What was asked for.
+        plan: The plan.
         conditions: What the seed made of it: vehicle, weather, sensors.
         route: The planned motion, 50 rows a second.
         motion: True motion, attitude, rates and forces, a hundred times a second.

@@ -19,7 +19,7 @@ from hijack_detect.streams.samples import FixSample, SatelliteSample, Vector3, V
 
 
 class Receiver(Protocol):
-    """Turns what an honest receiver would have measured into what is reported.
+    """The map from honest measurements to reported samples.
 
     It is given every sample in order of stamp, of one stamp the fix, then the velocity, then the
     number of satellites.
@@ -39,7 +39,7 @@ class Receiver(Protocol):
 
 
 class HonestReceiver:
-    """Reports what it measures."""
+    """A receiver without an attack."""
 
     def fix(self, sample: FixSample) -> FixSample:
         """See Receiver."""
@@ -55,10 +55,12 @@ class HonestReceiver:
 
 
 GPS_HZ = 5
+"""Feng 2018, section 5: GPS at 5 Hz."""
 FIRST_S = 0.263
-"""Arrival of the first fix: the receiver's clock is not the IMU's."""
+"""Arrival of the first fix, s. Chosen: no multiple of the IMU's period."""
 VERTICAL = 1.5
-"""Noise of the height over that of East and North."""
+"""Noise of the height over that of East and North. Physics: no satellite is below the horizon;
+chosen."""
 
 
 class Reading(NamedTuple):
@@ -69,15 +71,15 @@ class Reading(NamedTuple):
 
 
 class Gps:
-    """Measures, hands the measurement to the receiver, and remembers what was reported.
+    """The receiver's antenna and its output: measures, asks the receiver, keeps the report.
 
-    A fix is stamped on arrival and tells where the vehicle was `gps_lag_s` before. Position:
+    A fix is stamped on arrival and holds the position of `gps_lag_s` before. Position:
     correlated and white noise; velocity: white noise. All noise is drawn in advance, also for the
     times at which the receiver is silent.
 
     Attributes:
         measured_fixes: What an honest receiver would have reported.
-        fixes: What was reported.
+        fixes: The reported ones.
         velocities: Reported velocities, with the stamps of the fixes.
         satellites: Reported numbers of satellites, with the stamps of the fixes.
     """
@@ -163,7 +165,7 @@ def _sum(one: Vector3, other: Vector3) -> Vector3:
 def velocity_there(place: Place, fix: FixSample, velocity: VelocitySample) -> VelocitySample:
     """A velocity in the East and North of the start, in those of where the vehicle is.
 
-    Simulated receivers tell the former, which makes a difference near the poles only: 1 km East
+    Simulated receivers report the former, which makes a difference near the poles only: 1 km East
     of the start it is 0.2 mm/s for each m/s at 50° of latitude, 9 mm/s at 89°.
     """
     fixed = ecef.enu2uvw(*velocity.velocity, place.latitude_deg, place.longitude_deg)

@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""Clean flights that are hard to tell from attacked ones, by name.
+"""Clean flights that resemble attacked ones, by name.
 
 The seed draws when a disturbance begins, from where it comes and how strong it is, from a
 generator of its own; generate the flight with the same seed. Every disturbance lies in the
@@ -27,8 +27,9 @@ from hijack_detect.simulation.plan import FlightPlan, forward_end_s, forward_sta
 from hijack_detect.streams.samples import Vector3
 
 SETTLED_S = 20.0
-"""Nothing begins earlier after the command to fly forward."""
+"""Earliest disturbance after the command to fly forward. Chosen: the detectors are ready."""
 GUST_M_S = 8.0
+"""Sizes of the disturbances are chosen: docs/simulator.md has what each does to a flight."""
 ANOMALY_T = 20e-6
 ANOMALY_S = 20.0
 OUTAGE_S = 20.0

@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""What the autopilot believes: inertial motion, pulled towards whatever the GPS reports.
+"""The autopilot's estimate: inertial motion, corrected by the GPS.
 
 A stand-in for the estimator of a real autopilot, and as trusting. Between fixes it integrates
 its acceleration. A fix is compared with the belief of LAG_S ago and corrects it by fixed gains.
@@ -22,6 +22,7 @@ from hijack_detect.streams.samples import Vector3
 LAG_S = 0.15
 """The lag that the autopilot assumes; the receiver's own differs from it by up to 0.05 s."""
 POSITION_GAIN = 0.15
+"""The gains and bounds are chosen: an assumption, no copy of an autopilot (docs/simulator.md)."""
 VELOCITY_FROM_POSITION = 0.02
 """1/s"""
 VELOCITY_GAIN = 0.3
@@ -35,6 +36,7 @@ POSITION_GATE = 12.0
 VELOCITY_GATE = 5.0
 """m/s, horizontal."""
 RESET_S = 10.0
+"""Time of rejection after which the position is reset to the fix."""
 
 
 class Navigation:

@@ -97,6 +97,7 @@ class FlightPlan:
 
 
 GROUND_S = 6.0
+"""Times and rates of a mission are chosen: long enough for every detector to be ready."""
 HOVER_S = 8.0
 CLIMB_RATE = 2.5
 """m/s"""

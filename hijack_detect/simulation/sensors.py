@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""What the sensors other than GPS say of a motion: bias, noise, vibration and resolution.
+"""The sensors other than GPS: bias, noise, vibration and resolution.
 
 Every output is rounded to the resolution of a common part. So a bag made on another processor,
 whose sine differs in the last bit, is still the same bag.
@@ -27,9 +27,9 @@ from hijack_detect.streams.samples import (
 
 ROTORS = 4
 REGULATED_S = 1.0
-"""Time constant with which the speed of a rotor wanders, seconds."""
+"""Time constant of the wander of a rotor's speed, seconds. Chosen, not swept."""
 GYRO_PER_FORCE = 0.05
-"""rad/s of the gyroscope per m/s² of the accelerometer, as in the usual vibration."""
+"""rad/s of the gyroscope per m/s² of the accelerometer, as in the usual vibration. Chosen."""
 
 
 def shaking(
@@ -70,7 +70,7 @@ def _shares(rng: np.random.Generator) -> Array:
 SLOW_HZ = 10
 """Rate of magnetometer, barometer and truth."""
 GYRO_BIAS = np.radians(0.3)
-"""rad/s"""
+"""rad/s. Chosen, as the three below: a MEMS IMU of a small autopilot after its calibration."""
 ACCELEROMETER_BIAS = 0.1
 """m/s²"""
 GYRO_WANDER = np.radians(0.006)

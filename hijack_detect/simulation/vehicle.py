@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""A multirotor as far as its sensors can tell: thrust along z, drag, and a lag in everything.
+"""A multirotor as its sensors see it: thrust along z, drag, and a lag in everything.
 
     a = R f - g,    f = (-d u, -d v, T),    d = drag + drag_quadratic |air|
 
@@ -16,9 +16,10 @@ from dataclasses import dataclass
 from hijack_detect.streams.samples import Quaternion, Vector3
 
 GRAVITY = 9.80665
-"""m/s²"""
+"""m/s²: standard gravity."""
 TILT_RATE = 10.0
-"""Natural frequency of roll and pitch, rad/s: a tilt follows its command by 0.16 s."""
+"""Natural frequency of roll and pitch, rad/s: a tilt follows its command by 0.16 s.
+Chosen, as the dampings and the two below, for a small multirotor."""
 TILT_DAMPING = 0.8
 YAW_RATE = 6.0
 """Natural frequency of yaw, rad/s: the nose follows its command by 0.3 s."""

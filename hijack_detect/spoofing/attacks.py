@@ -118,10 +118,10 @@ class TrackAttack(Attack):
 
 
 class FreezeAttack(Attack):
-    """Reports the last position, and the last velocity unless the model says otherwise."""
+    """Reports the last position, and the last velocity unless the model has another."""
 
     def __init__(self, model: schema.Freeze, onset: Onset) -> None:
-        """Hold what was reported last; the first true sample if there was nothing before."""
+        """Hold the last report; the first true sample without one."""
         self._velocity_mode = model.velocity
         self._fix = onset.fix
         self._velocity = onset.velocity_sample
@@ -146,7 +146,7 @@ class FreezeAttack(Attack):
 
 
 class ReplayAttack(Attack):
-    """Reports what was true a fixed time earlier, interpolated between the recorded samples.
+    """Reports the truth of a fixed time earlier, interpolated between the recorded samples.
 
     Where nothing was recorded yet the sample passes as it is.
     """
@@ -173,5 +173,5 @@ class ReplayAttack(Attack):
 
 
 def _at(place: FixSample, true: FixSample) -> FixSample:
-    """The true fix at another place; what the receiver says of its accuracy stays."""
+    """The true fix at another place; its claimed accuracy stays."""
     return moved(true, (place.latitude_deg, place.longitude_deg), place.altitude_m)

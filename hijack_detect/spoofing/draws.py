@@ -26,7 +26,7 @@ def generator(seed: int, index: int, stream: int) -> np.random.Generator:
 
 
 class Draws:
-    """One noise of an attack: drawn anew for each stamp, or on straight lines between knots.
+    """One noise of an attack: drawn for each stamp, or on straight lines between knots.
 
     At the knots, a multiple of the correlation time after onset, the values are independent draws
     with their full variance; half-way between two knots the variance is half of it.

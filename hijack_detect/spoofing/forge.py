@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""The attack simulator of Basan et al. 2022, section 3.1: values generated anew at every update."""
+"""The attack simulator of Basan et al. 2022, section 3.1: values generated with every update."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from hijack_detect.spoofing.schema import Forge
 from hijack_detect.streams.samples import FixSample, SatelliteSample, Vector3
 
 VERTICAL_RATIO = 1.5
-"""Claimed vertical over horizontal deviation, where the receiver does not say: satellites are
-never below the horizon."""
+"""Claimed vertical over horizontal deviation, without a claim of the receiver. Physics: no
+satellite is below the horizon; chosen."""
 _POSITION, _VELOCITY, _SATELLITES, _ACCURACY = 2, 3, 4, 5
 """Streams of draws; 0 and 1 are those of jitter, so that equal seeds do not mean equal noise."""
 

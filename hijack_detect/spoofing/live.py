@@ -47,7 +47,7 @@ USED: Mapping[str, Collection[str]] = {
     "model": ("model",),
     "scenario": ("scenario",),
 }
-"""The parameters that say what the attack of each mode is."""
+"""The parameters of each mode."""
 
 
 @dataclass(frozen=True)
@@ -252,8 +252,8 @@ def _model(text: str) -> Scenario:
     try:
         return _at_once(data, where, "")
     except ScenarioError as error:
-        said = [problem.replace("segment 1: ", "", 1) for problem in error.problems]
-        raise ParameterError("\n".join(said)) from error
+        problems = [problem.replace("segment 1: ", "", 1) for problem in error.problems]
+        raise ParameterError("\n".join(problems)) from error
 
 
 def _at_once(model: object, source: str, name: str) -> Scenario:
@@ -264,7 +264,8 @@ def _at_once(model: object, source: str, name: str) -> Scenario:
 NOTHING = Scenario("none", ())
 """The scenario without an attack."""
 NEW_FLIGHT_S = 3600.0
-"""A stamp that is later than the last one by more than this belongs to another flight."""
+"""A stamp later than the last one by more than this belongs to another flight. Chosen: longer than
+any outage of a receiver in flight."""
 
 
 class LiveSpoofer:
@@ -272,12 +273,12 @@ class LiveSpoofer:
 
     An attack takes effect at the next fix, and its times count from the stamp of that fix, so a
     scenario that is set before the first fix counts from the first fix. It starts from the true
-    samples before that, not from what was reported of them; setting it again starts it anew.
+    samples before that, not from the reported ones; setting it again restarts it.
     Velocities and numbers of satellites that arrive later than that fix and have an older stamp
     are still under the attack before.
 
     When the stamps run far backwards, or ahead by an hour (a looped bag, a clock that was set),
-    the attack starts anew with nothing known of the vehicle.
+    the attack restarts without history.
 
     Attributes:
         start_ns: Stamp of the fix from which the times of the scenario count, None before it.
@@ -299,12 +300,12 @@ class LiveSpoofer:
         self._velocities: deque[VelocitySample] = deque(maxlen=RECENT)
 
     def set(self, scenario: Scenario) -> None:
-        """Replace the attack from the next fix on, or start the same one anew."""
+        """Replace the attack from the next fix on, or restart the same one."""
         self._scenario = scenario
         self._pending = True
 
     def fix(self, sample: FixSample) -> FixSample:
-        """Return what is reported in place of a true fix."""
+        """Return the reported fix in place of a true one."""
         self._follow(sample.stamp_ns)
         if self._pending:
             self._begin(sample.stamp_ns)
@@ -316,12 +317,12 @@ class LiveSpoofer:
         return reported
 
     def velocity(self, sample: VelocitySample) -> VelocitySample:
-        """Return what is reported in place of a true velocity."""
+        """Return the reported velocity in place of a true one."""
         self._velocities.append(sample)
         return self._at(sample.stamp_ns).velocity(sample)
 
     def satellites(self, sample: SatelliteSample) -> SatelliteSample:
-        """Return what is reported in place of a true number of satellites."""
+        """Return the reported number of satellites in place of a true one."""
         return self._at(sample.stamp_ns).satellites(sample)
 
     def active(self, stamp_ns: int) -> bool:

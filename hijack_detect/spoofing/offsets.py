@@ -18,7 +18,7 @@ _POSITION_STREAM, _VELOCITY_STREAM = 0, 1
 
 
 class Offset(Protocol):
-    """What is added to the true position and velocity."""
+    """An offset of the true position and velocity."""
 
     def position(self, t_s: float, stamp_ns: int) -> Vector3:
         """Offset of the position (ENU, m) `t_s` seconds after onset."""

@@ -39,7 +39,7 @@ class SpoofedMessages:
         return self._fix_ns if input_name == "satellites" else header_stamp_ns(message)
 
     def apply(self, input_name: str, message: Any) -> bool:
-        """Change a message into what is reported; return whether it changed.
+        """Change a message into the reported one; return whether it changed.
 
         Args:
             input_name: One of SPOOFED_INPUTS.

@@ -84,16 +84,17 @@ def velocity_between(first: VelocitySample, last: VelocitySample, part: float) -
 
 
 MIN_COURSE_SPEED = 0.5
-"""m/s; below this a vehicle has no course, and counts as standing with its course North."""
+"""m/s; below this a vehicle has no course, and counts as standing with its course North. Chosen:
+several σ of a GPS velocity."""
 MAX_CARRY_S = 1.0
-"""Longest time over which the last fix is carried forward to the onset."""
+"""Longest time over which the last fix is carried forward to the onset. Chosen: five fixes."""
 _MIN_BASELINE_NS = NANOSECONDS // 100
 _STILL: Vector3 = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
 class Onset:
-    """What was known just before an attack.
+    """The state of the vehicle just before an attack.
 
     Attributes:
         fix: Last true fix before the onset, None if there was none.

@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""From pydantic's findings to sentences: which segment, which key, which value, what is allowed."""
+"""Sentences of pydantic's findings: the segment, the key, the value, the bounds."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pydantic_core import ErrorDetails
 from hijack_detect.spoofing.schema import MODELS, Document, Segment
 
 MAX_SENTENCES = 20
-"""Problems told of one document; a list of numbers can be wrong in every one."""
+"""Most problems listed of one document. Chosen: every number of a list can be wrong."""
 _COLUMNS = ("t_s", "east_m", "north_m", "up_m")
 _REASONS = {
     "greater_than": "{value} is not above {gt:g}",
@@ -38,15 +38,15 @@ _REASONS = {
 
 
 def sentences(error: ValidationError, data: Any) -> list[str]:
-    """Say each problem in one sentence, without the name of the file.
+    """Return each problem in one sentence, without the name of the file.
 
     Args:
         error: What the validation of `data` against the schema found.
         data: The document as it was read, for the names of its segments.
     """
-    said = [_sentence(found, data) for found in error.errors() if not _follows(found)]
-    more = len(said) - MAX_SENTENCES
-    return [*said[:MAX_SENTENCES], f"and {more} more problems"] if more > 0 else said
+    listed = [_sentence(found, data) for found in error.errors() if not _follows(found)]
+    more = len(listed) - MAX_SENTENCES
+    return [*listed[:MAX_SENTENCES], f"and {more} more problems"] if more > 0 else listed
 
 
 def label(number: int, name: Any) -> str:
@@ -55,7 +55,7 @@ def label(number: int, name: Any) -> str:
 
 
 def _follows(found: ErrorDetails) -> bool:
-    """Whether a list counts as too short only because of entries that are told already."""
+    """Whether a list counts as too short only because of entries that are listed already."""
     return found["type"] == "too_short" and len(found["input"]) >= found["ctx"]["min_length"]
 
 

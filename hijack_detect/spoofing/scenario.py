@@ -18,6 +18,7 @@ from hijack_detect.spoofing.schema import Document, Segment
 from hijack_detect.yaml_text import YamlTextError, plain_data
 
 MAX_FILE_BYTES = 16_000_000
+"""Chosen: above MAX_POSITIONS written out."""
 
 
 class ScenarioError(ValueError):
@@ -138,7 +139,9 @@ def parse_scenario(text: str | Mapping[str, Any], source: str = "scenario") -> S
     try:
         document = Document.model_validate(data)
     except ValidationError as error:
-        raise ScenarioError([f"{source}: {said}" for said in sentences(error, data)]) from error
+        raise ScenarioError(
+            [f"{source}: {problem}" for problem in sentences(error, data)]
+        ) from error
     return _in_order(document, source)
 
 

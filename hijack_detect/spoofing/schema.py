@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""What a scenario file may say: one frozen model per kind of attack, with units and bounds.
+"""The schema of a scenario file: one frozen model per kind of attack, with units and bounds.
 
 Bearings are degrees clockwise from North, the seaman's way, because that is what an analyst
 reads off a map; everything after this file is in metres, radians and ENU.
@@ -17,6 +17,7 @@ from hijack_detect.streams.messages import MAX_SATELLITES, MAX_SPEED
 MAX_TIME_S = 1_000_000.0
 """Latest time in a scenario; no battery lasts eleven days."""
 MAX_DISTANCE_M = 1_000_000.0
+"""Chosen: beyond it a tangent plane is no map."""
 
 Number = Annotated[float, Strict()]
 Whole = Annotated[int, Strict()]
@@ -35,10 +36,11 @@ class Strictly(BaseModel):
 
 
 MAX_POSITIONS = 100_000
+"""Most positions of a fake track. Chosen: five hours of 5 Hz."""
 MIN_STEP_S = 0.001
-"""Shortest time between two positions of a fake track."""
+"""Shortest time between two positions of a fake track. Chosen: far below the period of a fix."""
 MIN_MATCHED_SPEED = 0.1
-"""m/s; a track that starts slower than this cannot be scaled to the vehicle's speed."""
+"""m/s; a track that starts slower than this cannot be scaled to the vehicle's speed. Chosen."""
 
 
 class Jump(Strictly):
@@ -187,7 +189,7 @@ Metres: TypeAlias = tuple[Number, ...]
 
 
 class Forge(Strictly):
-    """The values of parameters are generated anew at every update (Basan 2022, section 3.1).
+    """The values of parameters are generated with every update (Basan 2022, section 3.1).
 
     Soft mode forges the basic parameters only: altitude, number of satellites and noise level.
     Hard mode forges latitude, longitude, ground speed and track angle as well: noise on position
@@ -236,7 +238,7 @@ class Forge(Strictly):
 
 
 def _check_range(key: str, given: tuple[float, ...] | None, lowest: float, highest: float) -> None:
-    """Refuse what is not two numbers in order within the bounds."""
+    """Refuse a range that is not two numbers in order within the bounds."""
     if given is None:
         return
     if len(given) != 2:

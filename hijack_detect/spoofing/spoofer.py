@@ -94,7 +94,7 @@ class Spoofer:
         self._reported: FixSample | None = None
 
     def fix(self, sample: FixSample) -> FixSample:
-        """Return what the receiver reports in place of a true fix."""
+        """Return the reported fix in place of a true one."""
         if not sample.has_fix:
             return sample
         for recording in self._recordings.values():
@@ -104,7 +104,7 @@ class Spoofer:
         return self._reported
 
     def velocity(self, sample: VelocitySample) -> VelocitySample:
-        """Return what the receiver reports in place of a true velocity."""
+        """Return the reported velocity in place of a true one."""
         for recording in self._recordings.values():
             recording.velocities.add(sample)
         reported = self._spoofed_velocity(sample)
@@ -112,14 +112,14 @@ class Spoofer:
         return reported
 
     def satellites(self, sample: SatelliteSample) -> SatelliteSample:
-        """Return what the receiver reports in place of a true number of satellites."""
+        """Return the reported number of satellites in place of a true one."""
         index = self._index(sample.stamp_ns)
         if index is None:
             return sample
         return self._attack(index).satellites(sample, self._since(index, sample.stamp_ns))
 
     def report(self, sample: T) -> T:
-        """Return what is reported in place of a sample of any input; others stay as they are."""
+        """Return the reported sample in place of a true one; those of other inputs stay."""
         if isinstance(sample, FixSample):
             return cast(T, self.fix(sample))
         if isinstance(sample, VelocitySample):

@@ -86,7 +86,7 @@ class ListedTrack:
     keeps_altitude = False
 
     def __init__(self, model: schema.FakeTrack, onset: Onset) -> None:
-        """Turn and scale the list as the model says."""
+        """Turn and scale the list by the model."""
         rows = np.array([schema.padded(row) for row in model.positions])
         times, points = rows[:, 0], rows[:, 1:]
         if model.frame == "course":
