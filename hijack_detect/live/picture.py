@@ -150,6 +150,7 @@ PERIOD_S = 0.25
 """Flight time between two points of a curve or of the track. Chosen: a fix of 5 Hz a point."""
 MOST = round(KEPT_S / PERIOD_S)
 MOST_CHANGES = 500
+"""Most changes of the state that are kept. Chosen, not swept."""
 BACK_S = 1.0
 """Stamps that run back by more than this begin another flight. Chosen, not swept."""
 OLD_S = 5.0
@@ -158,7 +159,7 @@ STAMP_S = 1.0
 """Timeout of the verdict with the stamp of a change of hijack_alert. Chosen, not swept; it follows
 at once."""
 LONGEST = 600
-"""Characters of a text."""
+"""Most characters of a text. Chosen, not swept."""
 Frame = dict[str, Any]
 
 

@@ -21,6 +21,7 @@ PERIOD_MS = 100.0
 STOP_S = 5.0
 """Longest wait for the thread at the end. Chosen, not swept."""
 MOST_BODY = 4096
+"""Most bytes of the body of a request. Chosen: reading needs none."""
 
 
 class ServerError(ValueError):

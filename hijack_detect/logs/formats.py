@@ -35,7 +35,8 @@ MCAP = b"\x89MCAP0\r\n"
 CSV = (csv_log.FORMAT, "with --columns")
 TABLES = (".csv", ".tsv", ".txt")
 BANNER_BYTES = 4096
-"""Terminals wrote a banner before the first FMT of a DataFlash as text; it ends by here."""
+"""Terminals wrote a banner before the first FMT of a DataFlash as text; it ends by here.
+Chosen."""
 TLOG_AT, TLOG_MAGICS = 8, (0xFE, 0xFD)
 """A telemetry log begins with a time, and then a MAVLink packet of version 1 or 2."""
 

@@ -48,8 +48,8 @@ class Source:
 
 
 OVERHEAD_BYTES = 200
-"""Memory of Python for one message beside its bytes: about a RawMessage, its bytes header and its
-place in a deque."""
+"""Memory of Python for one message beside its bytes: a RawMessage, the header of its bytes, its
+place in a deque; estimated."""
 
 
 def size_of(message: RawMessage) -> int:

@@ -19,6 +19,7 @@ from hijack_detect.simulation.vehicle import Multirotor
 from hijack_detect.streams.samples import Vector3
 
 IMU_HZ = 100
+"""Chosen: the rate of companion links; Feng 2018, section 5, has 50 Hz."""
 STEPS = 2
 """Steps of the dynamics for each IMU sample. Chosen; Heun's method keeps energy to twelve digits
 (docs/simulator.md)."""

@@ -51,6 +51,7 @@ def braking(start_s: float, end_s: float, cruise: float, rng: np.random.Generato
 
 
 RATE_HZ = 50
+"""Rate of the autopilot and its route. Chosen."""
 ACCELERATION = 2.0
 """m/s² to reach or to leave the speed of the route. Chosen: a tilt of 12°."""
 SMOOTHING_S = 0.4

@@ -89,6 +89,7 @@ several σ of a GPS velocity."""
 MAX_CARRY_S = 1.0
 """Longest time over which the last fix is carried forward to the onset. Chosen: five fixes."""
 _MIN_BASELINE_NS = NANOSECONDS // 100
+"""Shortest time between two fixes for a velocity. Chosen: below the period of any receiver."""
 _STILL: Vector3 = (0.0, 0.0, 0.0)
 
 

@@ -184,6 +184,7 @@ class Jitter(Strictly):
 MIN_ACCURACY_M, MAX_ACCURACY_M = 0.001, 10_000.0
 """Metres; no receiver claims to be better, and one that claims to be worse has no fix."""
 MIN_CORRELATION_S = 0.001
+"""Chosen: far below the period of a fix."""
 Counts: TypeAlias = tuple[Whole, ...]
 Metres: TypeAlias = tuple[Number, ...]
 
