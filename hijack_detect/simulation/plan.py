@@ -13,7 +13,7 @@ HARD_ROUTES = ("brake",)
 """Routes that are flown at the limits of the vehicle."""
 MIN_DURATION_S = 60.0
 MAX_DURATION_S = 3600.0
-"""Bounds of a flight. Chosen: room for climb, route and landing; memory."""
+"""Bounds of a flight. Chosen: room for climb and route; memory."""
 
 
 @dataclass(frozen=True)
