@@ -122,22 +122,22 @@ class Flown:
         self.announced.append(path)
         self.on_announced(path)
 
-    def hear(self, name: str, data: bytes) -> None:
-        self.recorder.hear(SOURCES[name], data)
+    def receive(self, name: str, data: bytes) -> None:
+        self.recorder.receive(SOURCES[name], data)
 
     def fly(self, seconds: float, *, alert: bool = False) -> None:
         """Let messages arrive, as fast as they are taken."""
         until_ns = self.stamp_ns + round(seconds * SECOND)
         while self.stamp_ns < until_ns:
             self.stamp_ns += self._step_ns
-            self.hear("imu", imu(self.stamp_ns))
+            self.receive("imu", imu(self.stamp_ns))
             if self.stamp_ns % self._gps_ns < self._step_ns:
-                self.hear("fix", fix(self.stamp_ns))
-                self.hear("velocity", velocity(self.stamp_ns))
-                self.hear("satellites", satellites(9))
-                self.hear("date", verdict(self.stamp_ns))
-                self.hear(FUSION, fusion(self.stamp_ns, alert=alert))
-                self.hear("hijack_alert", flag(alert))
+                self.receive("fix", fix(self.stamp_ns))
+                self.receive("velocity", velocity(self.stamp_ns))
+                self.receive("satellites", satellites(9))
+                self.receive("date", verdict(self.stamp_ns))
+                self.receive(FUSION, fusion(self.stamp_ns, alert=alert))
+                self.receive("hijack_alert", flag(alert))
 
     def tick_until(self, condition: Callable[[], object]) -> None:
         """Tick until something is so."""

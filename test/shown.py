@@ -41,17 +41,17 @@ class Flown:
             self.time_s += 1.0 / rate_hz
             self.now += 1.0 / rate_hz
             north = 1e-4 * self.time_s
-            self.picture.hear_fix(FixSample(self.stamp_ns, 48.0 + north, 11.0 + north, 500.0))
+            self.picture.receive_fix(FixSample(self.stamp_ns, 48.0 + north, 11.0 + north, 500.0))
             for name in DETECTORS:
                 given = Verdict(name, self.stamp_ns, state, margin, 1.0, reason)
-                self.picture.hear_verdict(name, given)
+                self.picture.receive_verdict(name, given)
             since = self.stamp_ns if alert else None
             told = State.ALARM if alert else state
             causes = tuple(DETECTORS) if alert else ()
-            self.picture.hear_fused(
+            self.picture.receive_fused(
                 FusionStatus(
                     self.stamp_ns, told, alert, since, margin, degraded, degraded, causes, reason
                 )
             )
-            self.picture.hear_alert(alert)
-            self.picture.hear_confidence(0.9 if alert else 0.1)
+            self.picture.receive_alert(alert)
+            self.picture.receive_confidence(0.9 if alert else 0.1)

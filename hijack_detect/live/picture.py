@@ -210,7 +210,7 @@ class Picture:
         self._states: Series[tuple[float, str]] = Series(MOST_CHANGES)
         self._curves = {name: Curve(MOST, PERIOD_S) for name in self.detectors}
 
-    def hear_fix(self, fix: FixSample) -> None:
+    def receive_fix(self, fix: FixSample) -> None:
         """Take the next position; one without a fix is a gap in the track."""
         with self._lock:
             time_s = self._time(fix.stamp_ns, "fix")
@@ -234,7 +234,7 @@ class Picture:
             if last is None or len(last) == 1 or time_s // PERIOD_S != last[0] // PERIOD_S:
                 self._track.append((time_s, round(east, 2), round(north, 2)))
 
-    def hear_verdict(self, name: str, verdict: Verdict) -> None:
+    def receive_verdict(self, name: str, verdict: Verdict) -> None:
         """Take the next verdict of a detector that is expected."""
         with self._lock:
             time_s = self._time(verdict.stamp_ns, name)
@@ -242,7 +242,7 @@ class Picture:
             judging = verdict.state in JUDGED and math.isfinite(verdict.margin)
             self._curves[name].add(time_s, round(verdict.margin, 3) if judging else None)
 
-    def hear_fused(self, fused: FusionStatus) -> None:
+    def receive_fused(self, fused: FusionStatus) -> None:
         """Take a fusion/verdict."""
         with self._lock:
             time_s = self._time(fused.stamp_ns, "fusion")
@@ -251,7 +251,7 @@ class Picture:
                 self._stale = ""
             self._note_state(time_s)
 
-    def hear_alert(self, alert: bool) -> None:
+    def receive_alert(self, alert: bool) -> None:
         """Take hijack_alert."""
         with self._lock:
             now = self._clock()
@@ -259,17 +259,17 @@ class Picture:
                 self._changed_s = now
             self._alert, self._alert_s = alert, now
 
-    def hear_confidence(self, confidence: float) -> None:
+    def receive_confidence(self, confidence: float) -> None:
         """Take hijack_confidence; NaN without one."""
         with self._lock:
             self._confidence = confidence
 
-    def hear_stale(self, text: str) -> None:
+    def receive_stale(self, text: str) -> None:
         """Take the text of a fusion without a verdict; empty with one."""
         with self._lock:
             self._stale = text
 
-    def hear_complaint(self, name: str, text: str) -> None:
+    def receive_complaint(self, name: str, text: str) -> None:
         """Take a complaint of a node; an empty text takes it back."""
         with self._lock:
             self._complaints[name[:LONGEST]] = text[:LONGEST], self._clock()

@@ -117,7 +117,7 @@ class Bridge:
         for message in self._codec.parse(data):
             self._take(message, source)
 
-    def hear(self, *, alert: bool) -> None:
+    def receive_alert(self, *, alert: bool) -> None:
         """Take a message of the monitor: whether there is an alert."""
         now_ns = self._now()
         if not alert and self.alarm.on:

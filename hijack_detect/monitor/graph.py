@@ -33,15 +33,15 @@ class Component(Protocol):
 
 @runtime_checkable
 class Latching(Protocol):
-    """A component that must not forget what it has claimed when it is made afresh."""
+    """A component that must not forget what it has claimed when it is made again."""
 
     def inherit(self, before: Any) -> None:
         """Take over what the component before had claimed."""
 
 
 @runtime_checkable
-class HearsRefused(Protocol):
-    """A component that is told of samples refused because of their own input's stamps.
+class NotesRefused(Protocol):
+    """A component that takes note of samples refused because of their own input's stamps.
 
     Only for stamps that do not increase, or jump: that depends on the input alone, where every
     other reason depends on the order in which inputs arrive.
@@ -50,9 +50,9 @@ class HearsRefused(Protocol):
     def refused(self, name: str, sample: Any, last: Any, before: Any) -> None:
         """Note a refused sample.
 
-        It is told before any sample with a stamp above that of `last` is given, unless its input
+        It is called before any sample with a stamp above that of `last` is given, unless its input
         was silent for longer than its patience. What follows from it is a function of the stamps
-        alone if it is said from the first sample above that stamp on.
+        alone if it is published from the first sample above that stamp on.
 
         Args:
             name: The input.
@@ -66,7 +66,7 @@ class Stage:
     """Runs a component on inputs that arrive in any order.
 
     A node holds one stage and feeds it messages; an offline run chains the same stages. When
-    the clock of an input runs far backwards (a looped bag), the component is made afresh.
+    the clock of an input runs far backwards (a looped bag), the component is made again.
     """
 
     def __init__(self, make: Callable[[], Component]) -> None:
@@ -75,7 +75,7 @@ class Stage:
         self.component = make()
         self._merge: StreamMerge[Any] = StreamMerge(self.component.inputs)
         self.restarts = 0
-        """Times that the clock ran backwards and everything began afresh."""
+        """Times that the clock ran backwards and everything began again."""
         self._last: dict[str, tuple[Any, Any]] = {}
         """The last two samples of each input that were in order, the newest first."""
 
@@ -85,7 +85,7 @@ class Stage:
         return self._merge.refused
 
     def restart(self) -> None:
-        """Make the component afresh; the order of the inputs is kept."""
+        """Make the component again; the order of the inputs is kept."""
         self._renew()
         self._merge.set_patience(self.component.inputs)
 
@@ -103,14 +103,14 @@ class Stage:
             self._last.clear()
         if not self._merge.out_of_order:
             self._in_order(name, [sample])
-        elif isinstance(self.component, HearsRefused):
+        elif isinstance(self.component, NotesRefused):
             self.component.refused(name, sample, *self._last[name])
         return self._outputs(ready)
 
     def push_all(self, name: str, samples: Sequence[Any]) -> list[Any]:
         """Take successive samples of an input; return the outputs that became certain, in order.
 
-        It says what `push` says with one after the other, but for samples that come later than
+        It gives what `push` gives with one after the other, but for samples that come later than
         their input is waited for.
         """
         outputs: list[Any] = []
@@ -294,8 +294,8 @@ def component_of(part: Part, parameters: Parameters) -> Component:
     Raises:
         ParameterError: See `weights`.
     """
-    heard = (weights(parameters),) if isinstance(parameters, FusionParameters) else ()
-    component: Component = part.kind(parameters, *heard)
+    weighed = (weights(parameters),) if isinstance(parameters, FusionParameters) else ()
+    component: Component = part.kind(parameters, *weighed)
     return component
 
 

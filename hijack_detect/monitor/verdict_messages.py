@@ -19,7 +19,7 @@ from hijack_detect.streams.messages import BadMessage, header_stamp_ns, only_sta
 
 @dataclass(frozen=True, slots=True)
 class FusionStatus:
-    """What one fusion/verdict says; see FusionResult."""
+    """The content of one fusion/verdict; see FusionResult."""
 
     stamp_ns: int
     state: State
@@ -64,7 +64,7 @@ def verdict_from(message: Any) -> Verdict:
     """Read the message of a detector's verdict.
 
     Raises:
-        BadMessage: It is no verdict; the text says what is missing or wrong.
+        BadMessage: It is no verdict; the text names what is missing or wrong.
     """
     status = only_status(message)
     values = {pair.key: pair.value for pair in status.values}
@@ -87,7 +87,7 @@ def fusion_from(message: Any) -> FusionStatus:
     """Read the message of fusion/verdict.
 
     Raises:
-        BadMessage: It is no verdict of the fusion; the text says what is missing or wrong.
+        BadMessage: It is no verdict of the fusion; the text names what is missing or wrong.
     """
     status = only_status(message)
     values = {pair.key: pair.value for pair in status.values}

@@ -76,17 +76,17 @@ class ProgressBar:
 LOSSLESS = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)
 """Publishing waits for slow reliable subscribers instead of overwriting what they did not get."""
 BATCH_S = 0.02
-"""Longest time spent publishing before services and signals are heard."""
+"""Longest time spent publishing before services and signals are served."""
 MIN_WAIT_S, MAX_WAIT_S = 0.001, 0.05
 LATE_S = 1.0
-"""A replay this much behind says that it cannot keep up."""
+"""A replay this much behind reports that it cannot keep up."""
 LAST_WORDS_S = 4.0
 """Longest time to wait at the end until the last messages are acknowledged; Fast DDS asks for
 that every 3 s."""
 
 
 class BagReplay(Node):
-    """Publishes what its `Player` says is due."""
+    """Publishes what is due by its `Player`."""
 
     def __init__(self) -> None:
         """Open the bag and advertise.
@@ -135,7 +135,7 @@ class BagReplay(Node):
         super().destroy_node()
 
     def _introduce(self) -> None:
-        """Say what is replayed and what is not."""
+        """Log what is replayed and what is not."""
         log, reader, chosen = self.get_logger(), self._playback.reader, self._playback.routes
         names = ", ".join(
             topic if topic.lstrip("/") == route.topic else f"{topic} as {route.topic}"
@@ -206,7 +206,7 @@ class BagReplay(Node):
         return not missing and now - self._graph_since >= self._settings.settle_s
 
     def _end(self) -> None:
-        """Say that the replay is over; then leave, once everything has arrived."""
+        """Report that the replay is over; then leave, once everything has arrived."""
         if not self._timer.is_canceled():
             self._timer.cancel()
             self._ended_at = time.monotonic()
@@ -291,7 +291,7 @@ class BagReplay(Node):
             level = DiagnosticStatus.WARN
         if player.error:
             level = DiagnosticStatus.ERROR
-        self._diagnostics.tell("replay", level, player.error or player.where(), player.report())
+        self._diagnostics.report("replay", level, player.error or player.where(), player.report())
 
 
 def main() -> None:

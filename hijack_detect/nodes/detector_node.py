@@ -42,8 +42,8 @@ class Subject:
     Attributes:
         name: Its name on /diagnostics, after the node's.
         figures: Values that a verdict has only while something is wrong.
-        words: Says them; empty without any.
-        good: What is said without any.
+        words: Puts them into words; empty without any.
+        good: The text without any.
         over: What is logged once there are none any more.
         title: What stands before the words, if they need it.
         digits: Decimals of the values on /diagnostics.
@@ -83,7 +83,7 @@ class ReceiverReport:
                 name: f"{values[name]:.{subject.digits}f}"
                 for name in sorted(subject.figures & values.keys())
             }
-            self._diagnostics.tell(subject.name, level, wrong or subject.good, figures)
+            self._diagnostics.report(subject.name, level, wrong or subject.good, figures)
         if news:
             self._log.info(wrong or subject.over)
 
@@ -178,7 +178,7 @@ GROWTH = Subject(
 
 
 class GnssSanityNode(DetectorNode):
-    """The node of `GnssSanityDetector`, which also reports what the receiver says of itself."""
+    """The node of `GnssSanityDetector`, which also reports the receiver's own flags."""
 
     BESIDE = (
         "/diagnostics warn once a second of a receiver that is poor by its own word (lost fixes, "
@@ -197,7 +197,7 @@ class GnssSanityNode(DetectorNode):
         ]
 
     def publish_output(self, output: Verdict) -> None:
-        """Publish a verdict, and what the receiver says of itself; see DetectorNode."""
+        """Publish a verdict, and the receiver's own flags; see DetectorNode."""
         super().publish_output(output)
         for report in self._reports:
             report.add(output)

@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""What a node says of itself on /diagnostics."""
+"""Statuses of a node on /diagnostics."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class PublisherWatch:
         level = DiagnosticStatus.WARN if crowded else DiagnosticStatus.OK
         text = "; ".join(crowded) or "no topic has two publishers"
         values = {topic: str(count) for topic, count in self._counts.items()}
-        self._diagnostics.tell("publishers", level, text, values)
+        self._diagnostics.report("publishers", level, text, values)
 
 
 class Diagnostics:
@@ -68,13 +68,13 @@ class Diagnostics:
         self._node = node
         self._output = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
 
-    def tell(self, subject: str, level: bytes, text: str, values: Mapping[str, str]) -> None:
+    def report(self, subject: str, level: bytes, text: str, values: Mapping[str, str]) -> None:
         """Publish a status with the name `NODE: SUBJECT`."""
         self.publish(subject, status("", level, text, values))
 
-    def publish(self, subject: str, told: DiagnosticStatus) -> None:
+    def publish(self, subject: str, status: DiagnosticStatus) -> None:
         """Publish a status that is made already, under the name `NODE: SUBJECT`."""
-        told.name = f"{self._node.get_fully_qualified_name()}: {subject}"
-        message = DiagnosticArray(status=[told])
+        status.name = f"{self._node.get_fully_qualified_name()}: {subject}"
+        message = DiagnosticArray(status=[status])
         message.header.stamp = self._node.get_clock().now().to_msg()
         self._output.publish(message)

@@ -43,7 +43,7 @@ from hijack_detect.streams.receiver_clock import REFERENCE, STAMPED
 from hijack_detect.streams.satellites import SATELLITES, SatelliteStamps
 
 IMU_TOPIC = "imu/data_raw"
-"""Its stamps tell the time, see `ReceiverClock`."""
+"""Its stamps are the time, see `ReceiverClock`."""
 PHASE_TOPIC = "flight_phase"
 
 

@@ -1,11 +1,11 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""Phase of the flight and health of the IMU, which tell the detectors when they may judge.
+"""Phase of the flight and health of the IMU, by which the detectors know when they may judge.
 
 Subscribes imu/data_raw, pressure, gps/vel (ENU) and gps/fix; all but the first may be absent.
 Publishes flight_phase (diagnostic_msgs/DiagnosticArray with the stamp of the IMU sample: phase is
 unknown, standing, handled, flying, landing or crashed; since_ns; imu_rate_hz; imu_fault, empty
-while the IMU can be used; the message says why), five times a second, and the same on /diagnostics
-once a second.
+while the IMU can be used; the message has the reason), five times a second, and the same on
+/diagnostics once a second.
 """
 
 from __future__ import annotations

@@ -5,7 +5,7 @@ Subscribes DETECTOR/verdict of every detector, also of those that the parameter 
 names. Publishes hijack_alert (Bool, latched, reliable and transient local, repeated every second
 with a deadline and a sign of life), hijack_confidence (Float64, 0 to 1, NaN while nothing is known
 of the GPS), fusion/verdict (DiagnosticArray; STALE by the clock when nothing comes for 2 s) and
-/diagnostics, which also tells of a second publisher of the alert or of a verdict. Service ~/reset
+/diagnostics, which also reports a second publisher of the alert or of a verdict. Service ~/reset
 (std_srvs/Trigger) takes the alert back.
 """
 
@@ -54,15 +54,15 @@ class FusionNode(PartNode[FusionParameters]):
         self._verdict = Outlet(self, DiagnosticArray, "fusion/verdict", rate_hz)
         self.create_service(Trigger, "~/reset", self._reset)
         self._result: FusionResult | None = None
-        self._heard_s = time.monotonic()
-        self._silent_told_s: float | None = None
-        """When it was last said that nothing comes; None while something does."""
+        self._newest_result_s = time.monotonic()
+        self._silence_reported_s: float | None = None
+        """When silence was last reported; None while verdicts come."""
         self._old = range(0)
         """Stamps of results of before nothing came, see `_current`."""
         self._survivor = Survivor(self.get_fully_qualified_name(), self.parameters.survive_s)
         self._cannot_keep = ""
         self._go_on()
-        # ROS time may be paused or set; who listens for a sign of life does not wait for it.
+        # ROS time may be paused or set; a consumer of the sign of life does not wait for it.
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(REPEAT_S, self._heartbeat, clock=steady)
         self.create_timer(WATCH_S, self._watch_silence, clock=steady)
@@ -85,17 +85,17 @@ class FusionNode(PartNode[FusionParameters]):
             )
 
     def publish_output(self, output: FusionResult) -> None:
-        """Publish a result; log when the state, the alert or who is missing changes."""
+        """Publish a result; log when the state, the alert or the missing detectors change."""
         output = self._current(output)
         before, self._result = self._result, output
-        self._heard_s, self._silent_told_s = time.monotonic(), None
+        self._newest_result_s, self._silence_reported_s = time.monotonic(), None
         if before is None or before.alert != output.alert:
             self._alert.publish(Bool(data=output.alert))
             self._keep()
-        news = before is None or _said(before) != _said(output)
-        self._say(output, news=news)
+        news = before is None or _news(before) != _news(output)
+        self._publish_result(output, news=news)
         if news:
-            self._tell()
+            self._diagnose()
             seconds = output.stamp_ns / NANOSECONDS
             if output.alert:
                 self.log.error(f"HIJACK ALERT at {seconds:.3f} s: {output.reason}")
@@ -104,53 +104,53 @@ class FusionNode(PartNode[FusionParameters]):
             else:
                 self.log.info(f"{output.state.value} at {seconds:.3f} s: {output.reason}")
 
-    def _say(self, output: FusionResult, *, news: bool) -> None:
+    def _publish_result(self, output: FusionResult, *, news: bool) -> None:
         """Publish a result on the intermediate topics."""
         stamp_ns, claim = output.stamp_ns, output.claim
         self._confidence.publish(stamp_ns, lambda: Float64(data=claim), change=news)
         self._verdict.publish(stamp_ns, lambda: fusion_message(output), change=news)
 
     def _current(self, output: FusionResult) -> FusionResult:
-        """What a result says now.
+        """The result as it holds now.
 
         The first ones after a silence may be of messages that had waited through it, before a gap:
-        that all was well then says nothing of now. Messages that were late and not lost bring the
-        stamps on at once.
+        that all was well then is no statement about now. Messages that were late and not lost bring
+        the stamps on at once.
         """
         if output.stamp_ns not in self._old:
             return output
         return replace(output.silent(self._silent_s), silent_s=None)
 
     def _watch_silence(self) -> None:
-        """Say that nothing comes, which no stamp can: once a second, and in the log once.
+        """Report that nothing comes, which no stamp can: once a second, and in the log once.
 
         No alert follows from it, and none ends: those are decided on stamps.
         """
         now_s = time.monotonic()
         if self._result is None or self._silent_s <= self._longest_silence_s:
             return
-        if self._silent_told_s is None:
+        if self._silence_reported_s is None:
             last_ns = self._result.stamp_ns
             self._old = range(last_ns, last_ns + round(SILENT_S * NANOSECONDS) + 1)
             self._result = self._result.silent(self._silent_s)
             self.log.warning(f"no detector has said anything for {self._silent_s:.1f} s")
-            self._tell()
-        elif now_s - self._silent_told_s < REPEAT_S:
+            self._diagnose()
+        elif now_s - self._silence_reported_s < REPEAT_S:
             return
-        self._silent_told_s = now_s
-        self._say(self._result.silent(self._silent_s), news=True)
+        self._silence_reported_s = now_s
+        self._publish_result(self._result.silent(self._silent_s), news=True)
 
     @property
     def _silent_s(self) -> float:
         """Seconds without a result, by a clock that nobody sets."""
-        return time.monotonic() - self._heard_s
+        return time.monotonic() - self._newest_result_s
 
     @property
     def _longest_silence_s(self) -> float:
         return min(SILENT_S, self.parameters.stale_s)
 
     def _keep(self) -> None:
-        """Keep the alert beyond the end of this process; tell once if that cannot be done."""
+        """Keep the alert beyond the end of this process; warn once if that cannot be done."""
         alert = self._fusion.latched
         if alert is None or not self.parameters.survive_s:
             return
@@ -176,26 +176,26 @@ class FusionNode(PartNode[FusionParameters]):
         return response
 
     def _heartbeat(self) -> None:
-        """Repeat the alert, keep it, and say in /diagnostics what the monitor can tell."""
+        """Repeat the alert, keep it, and report the monitor's state on /diagnostics."""
         self._alert.publish(Bool(data=self._fusion.latched is not None))
         self._keep()
-        self._tell()
+        self._diagnose()
 
-    def _tell(self) -> None:
-        """Say in /diagnostics what the monitor can tell."""
+    def _diagnose(self) -> None:
+        """Report on /diagnostics what the monitor can see."""
         silent_s = self._silent_s
         if self._result is None or silent_s > self._longest_silence_s:
             missing = self.silent(self._longest_silence_s)
             who = ", ".join(missing) if 0 < len(missing) < len(self._detectors) else "any detector"
             text = f"DEGRADED, nothing can be said for {silent_s:.0f} s: no verdict of {who}"
             values = {"state": State.STALE.value, "degraded": " ".join(missing)}
-            self.diagnostics.tell(ALERT_SUBJECT, DiagnosticStatus.STALE, text, values)
+            self.diagnostics.report(ALERT_SUBJECT, DiagnosticStatus.STALE, text, values)
         else:
             self.diagnostics.publish(ALERT_SUBJECT, fusion_message(self._result).status[0])
 
 
-def _said(result: FusionResult) -> tuple[Any, ...]:
-    """What is worth telling when it changes."""
+def _news(result: FusionResult) -> tuple[Any, ...]:
+    """What is published and logged when it changes."""
     return result.state, result.alert, result.degraded
 
 

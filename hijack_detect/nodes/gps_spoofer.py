@@ -107,7 +107,7 @@ class GpsSpoofer(Node):
             self.get_logger().warning(f"mode {self._settings.mode}: attack {what}")
 
     def _refuse(self, name: str, why: str) -> None:
-        """Count a message that could not be read; tell the first of each input."""
+        """Count a message that could not be read; log the first of each input."""
         self._refused[name] += 1
         if self._refused[name] == 1:
             topic = self.resolve_topic_name(f"{OWN_TOPICS[name]}_in")
@@ -151,7 +151,7 @@ class GpsSpoofer(Node):
         }
         level = DiagnosticStatus.OK if self._onset_ns is None else DiagnosticStatus.WARN
         text = "GPS passes as it is" if self._onset_ns is None else "GPS is being forged"
-        self._diagnostics.tell("spoofer", level, text, values)
+        self._diagnostics.report("spoofer", level, text, values)
 
 
 def main() -> None:

@@ -28,11 +28,11 @@ NEWEST = QoSProfile(
 """A viewer may miss a message, and must not make a publisher wait for it."""
 LOG_EVERY_S = 10.0
 LONGEST = 200
-"""Characters of a reason; what is heard may be anything."""
+"""Characters of a reason; what is received may be anything."""
 
 
 class LiveViewer(Node):
-    """Hands what it hears to a `Picture`.
+    """Hands what it receives to a `Picture`.
 
     Attributes:
         fix_topic: Where fixes come from, as named before the namespace.
@@ -42,7 +42,7 @@ class LiveViewer(Node):
         """Subscribe.
 
         Args:
-            picture: Takes what is heard, of the detectors that it expects.
+            picture: Takes what is received, of the detectors that it expects.
             namespace: Namespace of the vehicle.
             mavros: Whether fixes come from the topic of mavros.
         """
@@ -56,37 +56,41 @@ class LiveViewer(Node):
         self._picture = picture
         self._logged_at: dict[str, float] = {}
         self.fix_topic = (PRESETS["mavros"].fix if mavros else OWN_TOPICS["fix"]).lstrip("/")
-        self._hear(NavSatFix, self.fix_topic, lambda message: picture.hear_fix(fix_sample(message)))
-        for name in picture.detectors:
-            self._hear(DiagnosticArray, f"{name}/verdict", partial(self._verdict, name))
-        self._hear(
-            DiagnosticArray, "fusion/verdict", lambda told: picture.hear_fused(fusion_from(told))
+        self._subscribe(
+            NavSatFix, self.fix_topic, lambda message: picture.receive_fix(fix_sample(message))
         )
-        self._hear(Bool, ALERT_TOPIC, lambda told: picture.hear_alert(told.data), STATE)
-        self._hear(Float64, "hijack_confidence", lambda told: picture.hear_confidence(told.data))
-        self._hear(DiagnosticArray, "/diagnostics", self._diagnosed)
+        for name in picture.detectors:
+            self._subscribe(DiagnosticArray, f"{name}/verdict", partial(self._verdict, name))
+        self._subscribe(
+            DiagnosticArray, "fusion/verdict", lambda one: picture.receive_fused(fusion_from(one))
+        )
+        self._subscribe(Bool, ALERT_TOPIC, lambda one: picture.receive_alert(one.data), STATE)
+        self._subscribe(
+            Float64, "hijack_confidence", lambda one: picture.receive_confidence(one.data)
+        )
+        self._subscribe(DiagnosticArray, "/diagnostics", self._diagnosed)
 
-    def _hear(
+    def _subscribe(
         self, kind: Any, topic: str, take: Callable[[Any], None], qos: QoSProfile = NEWEST
     ) -> None:
-        def heard(message: Any) -> None:
+        def received(message: Any) -> None:
             try:
                 take(message)
             except BadMessage as error:
                 self._refuse(topic, str(error)[:LONGEST])
 
-        self.create_subscription(kind, topic, heard, qos)
+        self.create_subscription(kind, topic, received, qos)
 
     def _refuse(self, topic: str, why: str) -> None:
-        """Tell of a message that cannot be read, on the page and now and then in the log."""
+        """Report a message that cannot be read, on the page and now and then in the log."""
         name, now = self.resolve_topic_name(topic), time.monotonic()
-        self._picture.hear_complaint(name, f"message left out: {why}")
+        self._picture.receive_complaint(name, f"message left out: {why}")
         if now - self._logged_at.get(name, -LOG_EVERY_S) >= LOG_EVERY_S:
             self._logged_at[name] = now
             self.get_logger().warning(f"{name}: message left out: {why}")
 
     def _verdict(self, name: str, message: DiagnosticArray) -> None:
-        self._picture.hear_verdict(name, verdict_from(message))
+        self._picture.receive_verdict(name, verdict_from(message))
 
     def _diagnosed(self, message: DiagnosticArray) -> None:
         """Take complaints of the nodes in this namespace; others have /diagnostics too."""
@@ -98,6 +102,6 @@ class LiveViewer(Node):
             well = status.level == DiagnosticStatus.OK
             if name == f"fusion: {ALERT_SUBJECT}":
                 stale = status.level == DiagnosticStatus.STALE
-                self._picture.hear_stale(status.message if stale else "")
+                self._picture.receive_stale(status.message if stale else "")
             else:
-                self._picture.hear_complaint(name, "" if well else status.message)
+                self._picture.receive_complaint(name, "" if well else status.message)

@@ -4,7 +4,7 @@
 Publishes imu/data_raw, gps/fix, gps/vel, gps/satellites, mag and pressure from the autopilot's
 messages, stamped with the time of measurement (TIMESYNC), and /diagnostics. The z of gps/vel is
 NaN: MAVLink has no vertical velocity of the receiver. Subscribes hijack_alert and fusion/verdict:
-an alert is told to the ground station (STATUSTEXT) and, if the parameter command says so, leads to
+an alert goes to the ground station (STATUSTEXT) and, if the parameter command is set, leads to
 one command to the autopilot (none, land, rtl, hold, user_1). Needs the extra mavlink (pymavlink,
 pyserial).
 """
@@ -43,7 +43,7 @@ from hijack_detect.streams.messages import BadMessage
 NEWS = QoSProfile(
     history=HistoryPolicy.KEEP_LAST, depth=100, reliability=ReliabilityPolicy.RELIABLE
 )
-"""Volatile: an alert that was left latched by somebody is not heard, a repetition is."""
+"""Volatile: an alert that was left latched by somebody is not taken, a repetition is."""
 REPORT_S = 1.0
 
 
@@ -104,7 +104,7 @@ class MavlinkBridge(Node):
             self._verdict = b""
         elif self._verdict:
             self._explain(self._verdict)
-        self._worker.do(lambda: self._bridge.hear(alert=message.data))
+        self._worker.do(lambda: self._bridge.receive_alert(alert=message.data))
 
     def _keep_verdict(self, data: bytes) -> None:
         """Read a verdict in an alert only: there are fifty in a second."""
@@ -130,7 +130,7 @@ class MavlinkBridge(Node):
         self._bridge.connected()
 
     def lost(self, why: str) -> None:
-        """See Handler; told once, and not for each try."""
+        """See Handler; logged once, and not for each try."""
         if why != self._no_link:
             self.get_logger().error(f"no link: {why}; it is tried again")
         self._no_link = why
@@ -167,7 +167,7 @@ class MavlinkBridge(Node):
         """Publish on /diagnostics how the link is doing, once a second."""
         report = self._reporter.report(time.monotonic_ns(), self._no_link)
         values = {"connection": str(self._where), **report.values}
-        self._diagnostics.tell("mavlink", STATUS_LEVELS[report.level], report.text, values)
+        self._diagnostics.report("mavlink", STATUS_LEVELS[report.level], report.text, values)
 
 
 def main() -> None:

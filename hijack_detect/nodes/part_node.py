@@ -28,7 +28,7 @@ class Outlet:
     """Publishes on an intermediate topic while somebody listens, and no faster than at a rate.
 
     The rate goes by stamps: the first output in each period is published, and each that `change`
-    says is news.
+    marks as news.
     """
 
     def __init__(self, node: Node, kind: Any, topic: str, rate_hz: float | None) -> None:
@@ -50,7 +50,7 @@ class Outlet:
         Args:
             stamp_ns: Stamp of the output, nanoseconds.
             make: Makes the message.
-            change: Whether it says something new, which is not left out for the rate.
+            change: Whether it is a change, which is not left out for the rate.
         """
         if not self._publisher.get_subscription_count():
             return
@@ -90,7 +90,7 @@ class PartNode(Node, Generic[P]):
             part: Row of the estimator, detector or fusion.
             rate_hz: Largest rate of an intermediate topic, Hz; None publishes every output.
             read_only: Whether parameters cannot change while it runs. Otherwise a change makes
-                the component anew, and it is NOT_READY until its windows are full again.
+                the component again, and it is NOT_READY until its windows are full again.
 
         Raises:
             ParameterError: A parameter is unknown or out of bounds.
@@ -197,4 +197,4 @@ class PartNode(Node, Generic[P]):
         values |= {f"{component}": "not measured" for component in sorted(self._lacking)}
         values["restarts"] = str(self.stage.restarts)
         level = DiagnosticStatus.WARN if new else DiagnosticStatus.OK
-        self.diagnostics.tell("inputs", level, text or "all messages used", values)
+        self.diagnostics.report("inputs", level, text or "all messages used", values)

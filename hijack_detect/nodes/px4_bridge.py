@@ -40,7 +40,7 @@ from hijack_detect.streams.messages import BadMessage
 
 REPORT_S = 1.0
 MISSING_AFTER = 5
-"""Reports before the log says what is missing: discovery takes its time."""
+"""Reports before the log names what is missing: discovery takes its time."""
 
 
 class Px4Bridge(Node):
@@ -85,7 +85,7 @@ class Px4Bridge(Node):
         )
 
     def _received(self, feed: Feed, topic: str, data: bytes) -> None:
-        """Publish what is in a message; one that cannot be used is counted and told."""
+        """Publish what is in a message; one that cannot be used is counted and logged."""
         arrived_ns = time.time_ns()
         feed.received += 1
         try:
@@ -97,7 +97,7 @@ class Px4Bridge(Node):
             self._refuse(feed, topic, str(error), "other px4_msgs")
         except BadMessage as error:
             self._refuse(feed, topic, str(error), "bad message")
-        except Exception as error:  # a bridge outlives its own mistakes, and says so
+        except Exception as error:  # log and count an internal error; keep running
             if self.context.ok():  # publishing while ROS shuts down is no mistake
                 self._refuse(feed, topic, f"internal error: {error!r}", "internal error")
 
@@ -120,11 +120,11 @@ class Px4Bridge(Node):
             well, text, values = feed.report(seconds, publishers)
             needed = feed.topic.name in NEEDED and publishers == 0
             bad = DiagnosticStatus.ERROR if needed else DiagnosticStatus.WARN
-            self._diagnostics.tell(full, DiagnosticStatus.OK if well else bad, text, values)
+            self._diagnostics.report(full, DiagnosticStatus.OK if well else bad, text, values)
         self._report_outputs()
         well, text, values = self._px4_clock.report()
         level = DiagnosticStatus.OK if well else DiagnosticStatus.WARN
-        self._diagnostics.tell("clock", level, text, values)
+        self._diagnostics.report("clock", level, text, values)
 
     def _report_outputs(self) -> None:
         """Report how many subscribers each output has: without any, the monitor is deaf."""
@@ -139,7 +139,7 @@ class Px4Bridge(Node):
             level = DiagnosticStatus.WARN
             text = f"nobody subscribes to {unused}: does the monitor run in this namespace?"
         values = {topic: str(count) for topic, count in counts.items()}
-        self._diagnostics.tell("outputs", level, text, values)
+        self._diagnostics.report("outputs", level, text, values)
 
     def _topics_of(self, feed: Feed) -> list[str]:
         return [topic for topic, of in self._heard.items() if of is feed]

@@ -19,7 +19,7 @@ from hijack_detect.contract import SILENT_S
 SENSOR = QoSProfile(
     history=HistoryPolicy.KEEP_LAST, depth=500, reliability=ReliabilityPolicy.BEST_EFFORT
 )
-"""Inputs from autopilots: best effort, since a reliable subscription hears nothing from mavros
+"""Inputs from autopilots: best effort, since a reliable subscription receives nothing from mavros
 or PX4; deep, since Python may pause for longer than five samples of an IMU."""
 
 INTERNAL = QoSProfile(
@@ -46,8 +46,8 @@ ALERT = QoSProfile(
     liveliness=LivelinessPolicy.MANUAL_BY_TOPIC,
     liveliness_lease_duration=Duration(seconds=ALERT_LEASE_S),
 )
-"""The alert, repeated every second. A subscription with this profile is told when a repetition is
-missing, and when the node no longer says that it lives, be it dead or only hanging."""
+"""The alert, repeated every second. A subscription with this profile learns of a missing
+repetition, and of a publisher that is dead or hangs."""
 
 OVERRIDES = QoSOverridingOptions(
     policy_kinds=(
@@ -58,7 +58,7 @@ OVERRIDES = QoSOverridingOptions(
     )
 )
 """What the `qos_overrides` parameters can change of a subscription. Durability transient_local asks
-a publisher that remembers for what was missed; one that does not is then not heard at all."""
+a publisher that remembers for what was missed; one that does not is then not received at all."""
 
 
 def remembered(depth: int) -> QoSProfile:

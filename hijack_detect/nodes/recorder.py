@@ -48,7 +48,7 @@ EVERY_STATE = QoSProfile(
     reliability=ReliabilityPolicy.RELIABLE,
     durability=DurabilityPolicy.TRANSIENT_LOCAL,
 )
-"""As STATE, but for one who wants all that was said and not only the newest."""
+"""As STATE, but for a consumer of all messages and not only of the newest."""
 TICK_S = 0.1
 REPORT_S = 1.0
 
@@ -99,16 +99,16 @@ class RecorderNode(Node):
         """Subscribe a topic as bytes."""
         source = Source(name, self.resolve_topic_name(topic), msgtype, stamped, decode)
 
-        def heard(data: bytes) -> None:
+        def received(data: bytes) -> None:
             try:
-                self._recorder.hear(source, data)
+                self._recorder.receive(source, data)
             except Exception as error:  # what is recorded must not end the recorder
                 self._recorder.refuse(source, error)
 
         self.create_subscription(
             message_class(msgtype),
             topic,
-            heard,
+            received,
             qos,
             raw=True,
             qos_overriding_options=OVERRIDES,
@@ -117,7 +117,7 @@ class RecorderNode(Node):
     def _tick(self) -> None:
         try:
             self._recorder.tick()
-        except Exception as error:  # a recorder outlives its own mistakes, and says so
+        except Exception as error:  # log and count an internal error; keep running
             self.get_logger().error(f"internal error: {error!r}", throttle_duration_sec=10.0)
 
     def _tell(self, level: Level, text: str) -> None:
@@ -130,7 +130,9 @@ class RecorderNode(Node):
     def _report(self) -> None:
         """Publish on /diagnostics how the recorder is doing, once a second."""
         report = self._recorder.report()
-        self._diagnostics.tell("recorder", STATUS_LEVELS[report.level], report.text, report.values)
+        self._diagnostics.report(
+            "recorder", STATUS_LEVELS[report.level], report.text, report.values
+        )
 
 
 def _decoder(msgtype: str) -> Callable[[bytes], Any]:

@@ -26,7 +26,7 @@ NOT_BUILT_IN = (
 
 
 def is_asked_for(environment: Mapping[str, str] = os.environ) -> bool:
-    """Whether ROS was told to protect this process."""
+    """Whether ROS is set to protect this process."""
     return environment.get("ROS_SECURITY_ENABLE") == "true"
 
 
@@ -62,7 +62,7 @@ END_S = 5
 waits, in DomainParticipant::set_listener, for a callback that waits for it. No process stays
 behind for that; it then ends with SIGALRM."""
 SPIN_S = 0.1
-"""The events executor of Jazzy hears signals only between calls with a time-out."""
+"""The events executor of Jazzy sees signals only between calls with a time-out."""
 
 
 @runtime_checkable

@@ -29,7 +29,7 @@ class StateFile:
         domain = os.environ.get("ROS_DOMAIN_ID") or "0"
         self.path = home / "hijack_detect" / f"{what}-{domain}{node.replace('/', '-')}.json"
 
-    def write(self, told: Mapping[str, Any]) -> None:
+    def write(self, kept: Mapping[str, Any]) -> None:
         """Replace what is kept, at once.
 
         Raises:
@@ -37,14 +37,14 @@ class StateFile:
         """
         self.path.parent.mkdir(parents=True, exist_ok=True)
         part = self.path.with_suffix(".part")
-        part.write_text(json.dumps({"boot": _boot_id(), **told}) + "\n", encoding="utf-8")
+        part.write_text(json.dumps({"boot": _boot_id(), **kept}) + "\n", encoding="utf-8")
         part.replace(self.path)
 
     def read(self) -> dict[str, Any] | None:
         """What is kept; None if there is nothing, or nothing of this start of the machine."""
         try:
-            told = json.loads(self.path.read_text(encoding="utf-8"))
-            return dict(told) if told["boot"] == _boot_id() else None
+            kept = json.loads(self.path.read_text(encoding="utf-8"))
+            return dict(kept) if kept["boot"] == _boot_id() else None
         except (OSError, ValueError, LookupError, TypeError, RecursionError):
             return None
 
@@ -61,8 +61,8 @@ def _boot_id() -> str:
 class Survivor:
     """A file with the latched alert of one fusion node.
 
-    It says when the node was last alive, in the time since the machine was started, which no
-    clock that is set can change. Who starts within `survive_s` of that goes on with the alert.
+    It holds when the node was last alive, in the time since the machine was started, which no
+    clock that is set can change. A node that starts within `survive_s` of that keeps the alert.
     """
 
     def __init__(self, node: str, survive_s: float) -> None:
@@ -86,13 +86,13 @@ class Survivor:
 
     def read(self) -> Latched | None:
         """The alert to go on with, None if there is none, or what is there cannot be used."""
-        told = self._file.read()
-        if told is None:
+        kept = self._file.read()
+        if kept is None:
             return None
         try:
-            if not 0.0 <= _uptime_s() - float(told["alive_s"]) <= self._survive_s:
+            if not 0.0 <= _uptime_s() - float(kept["alive_s"]) <= self._survive_s:
                 return None
-            alert = told["alert"]
+            alert = kept["alert"]
             return Latched(
                 int(alert["since_ns"]),
                 str(alert["cause"]),
@@ -124,8 +124,8 @@ class Commanded:
 
     def read(self) -> str | None:
         """See Memory."""
-        told = self._file.read()
-        return None if told is None or "since_ns" not in told else str(told["since_ns"])
+        kept = self._file.read()
+        return None if kept is None or "since_ns" not in kept else str(kept["since_ns"])
 
     def write(self, since: str) -> None:
         """See Memory.

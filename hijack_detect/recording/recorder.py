@@ -135,7 +135,7 @@ class Recorder:
         self._event("start", f"{node} {version}")
         self.tick()
 
-    def hear(self, source: Source, data: bytes) -> None:
+    def receive(self, source: Source, data: bytes) -> None:
         """Take one message.
 
         Raises:

@@ -51,13 +51,13 @@ Verdicts = dict[str, list[Verdict]]
 def analysed() -> tuple[Analysed, Verdicts]:
     verdicts: Verdicts = defaultdict(list)
 
-    def hear(part: str, output: Any) -> None:
+    def receive(part: str, output: Any) -> None:
         if isinstance(output, Verdict):
             verdicts[part].append(output)
 
     with BagReader(ROOT / "bags/curved_8") as reader:
         scenario, parameters = load_scenario(SCENARIO), policy_parameters("default")
-        return analyse(reader, parameters, scenario, on_output=hear), verdicts
+        return analyse(reader, parameters, scenario, on_output=receive), verdicts
 
 
 @pytest.fixture(scope="module")

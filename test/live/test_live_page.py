@@ -79,7 +79,7 @@ def test_every_state_is_told_in_words_with_its_cause(page: Page, flown: Flown) -
 
 
 def test_a_text_from_a_message_is_shown_as_text(page: Page, flown: Flown) -> None:
-    flown.picture.hear_complaint("fusion: inputs", EVIL)
+    flown.picture.receive_complaint("fusion: inputs", EVIL)
     flown.fly(2.0, alert=True, reason=EVIL)
     expect(page.locator("#why")).to_have_text(EVIL)
     expect(page.locator("#detectors td").nth(3)).to_have_text(EVIL)

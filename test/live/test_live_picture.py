@@ -70,7 +70,7 @@ def test_silence_goes_by_the_wall_clock_and_says_what_was_said_last() -> None:
 def test_a_fusion_that_can_say_nothing_is_degraded_until_it_can() -> None:
     flown = Flown()
     flown.fly(1.0)
-    flown.picture.hear_stale("DEGRADED, nothing can be said for 5 s")
+    flown.picture.receive_stale("DEGRADED, nothing can be said for 5 s")
     assert told(flown)["state"] == "degraded"
     assert "for 5 s" in told(flown)["why"]
     flown.fly(0.2)
@@ -92,7 +92,7 @@ def test_an_alert_without_its_verdict_is_told_at_once_and_kept_with_a_stamp_when
 ):
     flown = Flown()
     flown.fly(4.0)
-    flown.picture.hear_alert(True)
+    flown.picture.receive_alert(True)
     assert told(flown)["state"] == "alarm"
     assert told(flown)["states"][-1][1] == "normal"
     flown.now += 1.1
@@ -109,7 +109,7 @@ def test_the_track_is_in_metres_about_the_first_fix_with_gaps_where_there_was_no
     assert last[1] / last[2] == pytest.approx(math.cos(math.radians(48.0)), rel=0.01)
     for _ in range(3):
         flown.time_s += 0.2
-        flown.picture.hear_fix(FixSample(flown.stamp_ns, 0.0, 0.0, 0.0, has_fix=False))
+        flown.picture.receive_fix(FixSample(flown.stamp_ns, 0.0, 0.0, 0.0, has_fix=False))
     assert told(flown)["position"] is None
     assert [len(one) for one in told(flown)["track"][-2:]] == [3, 1]
 
@@ -146,13 +146,13 @@ def test_a_reader_is_told_what_is_new_and_a_new_flight_begins_afresh() -> None:
 
 def test_a_complaint_is_shown_until_it_is_taken_back_or_old() -> None:
     flown = Flown()
-    flown.picture.hear_complaint("fusion: publishers", "2 publishers on /hijack_alert")
-    flown.picture.hear_complaint("coast: inputs", "left out")
+    flown.picture.receive_complaint("fusion: publishers", "2 publishers on /hijack_alert")
+    flown.picture.receive_complaint("coast: inputs", "left out")
     assert told(flown)["complaints"] == [
         "coast: inputs: left out",
         "fusion: publishers: 2 publishers on /hijack_alert",
     ]
-    flown.picture.hear_complaint("coast: inputs", "")
+    flown.picture.receive_complaint("coast: inputs", "")
     assert len(told(flown)["complaints"]) == 1
     flown.now += 6.0
     assert told(flown)["complaints"] == []
@@ -185,12 +185,12 @@ def test_whatever_is_heard_every_event_is_one_line_of_strict_json(
     verdicts: list[tuple[str, State, float, str]], confidence: float, text: str
 ) -> None:
     picture = Picture(DETECTORS)
-    picture.hear_confidence(confidence)
-    picture.hear_stale(text)
-    picture.hear_complaint(text, text)
+    picture.receive_confidence(confidence)
+    picture.receive_stale(text)
+    picture.receive_complaint(text, text)
     for index, (name, state, score, reason) in enumerate(verdicts):
         stamp = START_NS + index * 100_000_000
-        picture.hear_verdict(name, Verdict(name, stamp, state, score, 1.0, reason))
+        picture.receive_verdict(name, Verdict(name, stamp, state, score, 1.0, reason))
     made = event(picture.frame(None)[0])
     lines = made.split(b"\n")
     assert lines[1:] == [b"", b""]

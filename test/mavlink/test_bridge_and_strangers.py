@@ -91,7 +91,7 @@ def test_only_the_system_with_the_imu_is_used_and_commanded() -> None:
     assert len(link.readings) == before
     link.beat(2)
     assert "autopilot 2, component 1 is on the link too, and is ignored" in link.said
-    link.bridge.hear(alert=True)
+    link.bridge.receive_alert(alert=True)
     link.fly(0.5)
     assert [(one.target_system, one.target_component) for one in link.commands()] == [(1, 1)]
 
@@ -99,7 +99,7 @@ def test_only_the_system_with_the_imu_is_used_and_commanded() -> None:
 def test_an_acknowledgement_counts_only_from_the_autopilot_and_for_this_node() -> None:
     link = Link()
     link.fly(3.0)
-    link.bridge.hear(alert=True)
+    link.bridge.receive_alert(alert=True)
     link.fly(0.4)
     ack = mavlink.MAVLink_command_ack_message
     link.put(ack(21, 0), system=2)
@@ -140,7 +140,7 @@ def test_a_wanted_system_is_waited_for() -> None:
 
 def test_a_command_waits_for_an_autopilot_and_is_dropped_with_its_alert() -> None:
     link = Link()
-    link.bridge.hear(alert=True)
+    link.bridge.receive_alert(alert=True)
     for _ in range(50):
         link.now_ns += 20 * MS
         link.bridge.tick()
@@ -149,9 +149,9 @@ def test_a_command_waits_for_an_autopilot_and_is_dropped_with_its_alert() -> Non
     assert len(link.commands()) == 1
     link = Link(ack_timeout_s=0.2)
     link.fly(3.0)
-    link.bridge.hear(alert=True)
+    link.bridge.receive_alert(alert=True)
     link.fly(0.6)
-    link.bridge.hear(alert=False)
+    link.bridge.receive_alert(alert=False)
     sent = len(link.commands())
     assert 1 <= sent <= 2
     link.fly(2.0)
@@ -162,7 +162,7 @@ def test_a_command_waits_for_an_autopilot_and_is_dropped_with_its_alert() -> Non
 def test_no_acknowledgement_ends_after_the_given_attempts() -> None:
     link = Link(ack_timeout_s=0.1, command_attempts=3)
     link.fly(3.0)
-    link.bridge.hear(alert=True)
+    link.bridge.receive_alert(alert=True)
     link.fly(3.0)
     assert [one.confirmation for one in link.commands()] == [0, 1, 2]
     assert "the command land, sent 3 times, not acknowledged" in link.said
@@ -220,7 +220,7 @@ def test_no_value_and_no_bytes_end_it(rows: list[tuple[int, float, int, int, byt
         ):
             link.put(message)
         link.bridge.receive(data, HOME)
-        link.bridge.hear(alert=bool(byte % 2))
+        link.bridge.receive_alert(alert=bool(byte % 2))
     link.fly(3.0)
     assert link.bridge.alive
     assert all(encode_sample(one.value) for one in link.readings)  # type: ignore[arg-type]

@@ -22,7 +22,7 @@ class Flight:
         self.stamp_ns = START_NS
         self.wall_s = 0.0
 
-    def hear(self, name: str, data: bytes) -> int | None:
+    def receive(self, name: str, data: bytes) -> int | None:
         one = SOURCES[name]
         return self.box.push(
             name, one.topic, one.msgtype, data, stamped=one.stamped, wall_s=self.wall_s
@@ -31,15 +31,15 @@ class Flight:
     def fly(self, seconds: float, *, judged: bool = True) -> None:
         for _ in range(round(seconds * 10)):
             self.stamp_ns += SECOND // 10
-            self.hear("imu", imu(self.stamp_ns))
-            self.hear("fix", fix(self.stamp_ns))
-            self.hear("hijack_alert", flag(False))
+            self.receive("imu", imu(self.stamp_ns))
+            self.receive("fix", fix(self.stamp_ns))
+            self.receive("hijack_alert", flag(False))
             if judged:
-                self.hear("fusion", fusion(self.stamp_ns, alert=False))
+                self.receive("fusion", fusion(self.stamp_ns, alert=False))
 
     def alert(self) -> int:
         """Alert now; returns the stamp."""
-        self.hear("fusion", fusion(self.stamp_ns, alert=True))
+        self.receive("fusion", fusion(self.stamp_ns, alert=True))
         self.box.alert(self.stamp_ns)
         return self.stamp_ns
 
@@ -72,10 +72,10 @@ def test_a_part_at_once_and_the_whole_when_the_time_is_over() -> None:
 
 def test_messages_without_a_header_have_the_time_of_the_one_before() -> None:
     flight = Flight()
-    assert flight.hear("hijack_alert", flag(False)) is None
+    assert flight.receive("hijack_alert", flag(False)) is None
     assert len(flight.box.ring) == 0
     flight.fly(1)
-    assert flight.hear("satellites", b"\0\1\0\0\7\0\0\0") is None
+    assert flight.receive("satellites", b"\0\1\0\0\7\0\0\0") is None
     assert list(flight.box.ring)[-1].log_ns == flight.stamp_ns
 
 
@@ -89,11 +89,11 @@ def test_a_topic_that_arrives_late_gives_the_same_snapshot() -> None:
                 START_NS + (index - late_s * 10) * SECOND // 10,
             )
             if index < 400:
-                flight.hear("fix", fix(now))
+                flight.receive("fix", fix(now))
             if late > START_NS:
-                flight.hear("imu", imu(late))
+                flight.receive("imu", imu(late))
                 alert = late == START_NS + 20 * SECOND
-                flight.hear("fusion", fusion(late, alert=alert))
+                flight.receive("fusion", fusion(late, alert=alert))
                 if alert:
                     flight.box.alert(late)
         flight.box.finish()
@@ -108,12 +108,12 @@ def test_a_topic_that_arrives_late_gives_the_same_snapshot() -> None:
 @pytest.mark.parametrize(("late_s", "from_s"), [(25, 10), (LATE_S, 10), (LATE_S + SLACK_S + 5, 15)])
 def test_what_a_late_fusion_has_not_judged_is_kept(late_s: float, from_s: float) -> None:
     flight = Flight()
-    flight.hear("fusion", fusion(START_NS, alert=False))
+    flight.receive("fusion", fusion(START_NS, alert=False))
     for index in range(round(10 * (20 + late_s))):
-        flight.hear("fix", fix(START_NS + index * SECOND // 10))
+        flight.receive("fix", fix(START_NS + index * SECOND // 10))
         judged = START_NS + index * SECOND // 10 - round(late_s * SECOND)
         if judged > START_NS:
-            flight.hear("fusion", fusion(judged, alert=False))
+            flight.receive("fusion", fusion(judged, alert=False))
     flight.stamp_ns = START_NS + 20 * SECOND
     flight.alert()
     flight.box.finish()
@@ -130,9 +130,9 @@ def test_a_verdict_with_a_broken_stamp_is_not_taken_for_a_fusion_in_time() -> No
     alert = flight.alert()
     flight.due()
     flight.fly(20, judged=False)
-    flight.hear("fusion", fusion(alert + 10**6 * SECOND, alert=True))
+    flight.receive("fusion", fusion(alert + 10**6 * SECOND, alert=True))
     assert flight.due() == []
-    flight.hear("fusion", fusion(alert + SECOND, alert=True))
+    flight.receive("fusion", fusion(alert + SECOND, alert=True))
     flight.box.finish()
     (whole,) = flight.due()
     assert whole.messages[-1].log_ns == alert + 5 * SECOND
@@ -154,8 +154,8 @@ def test_a_sensor_with_a_clock_of_its_own_is_kept_in_its_place() -> None:
     flight = Flight()
     for index in range(300):
         now = index * SECOND // 10
-        flight.hear("fix", fix(START_NS + now))
-        flight.hear("imu", imu(5 * SECOND + now))
+        flight.receive("fix", fix(START_NS + now))
+        flight.receive("imu", imu(5 * SECOND + now))
     flight.box.alert(START_NS + 20 * SECOND)
     flight.box.finish()
     (whole,) = flight.due()
@@ -214,10 +214,10 @@ def test_a_part_waits_while_the_disk_is_busy() -> None:
 def test_one_broken_stamp_changes_neither_window_nor_order() -> None:
     flight = Flight()
     flight.fly(20)
-    assert flight.hear("fix", fix(START_NS + 10**8 * SECOND)) is None
+    assert flight.receive("fix", fix(START_NS + 10**8 * SECOND)) is None
     alert = flight.alert()
     flight.fly(2)
-    assert flight.hear("fix", fix(0)) is None
+    assert flight.receive("fix", fix(0)) is None
     flight.fly(6)
     (whole,) = flight.due()
     assert span(whole) == (alert - 10 * SECOND, alert + 5 * SECOND)
@@ -244,7 +244,7 @@ def test_memory_stays_in_its_bound_however_much_arrives(hz: int) -> None:
         if index == 8 * hz:
             flight.alert()
         flight.stamp_ns += SECOND // hz
-        flight.hear("imu", imu(flight.stamp_ns))
+        flight.receive("imu", imu(flight.stamp_ns))
         most = max(most, flight.box.size)
     assert most <= 1_000_000
     assert flight.box.ring.short == (hz == 2000)

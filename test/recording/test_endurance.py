@@ -26,7 +26,7 @@ def test_a_day_of_fixes_leaves_memory_flat_and_the_journal_inside_its_bound(quic
         flown.stamp_ns += SECOND // HZ
         header = divmod(flown.stamp_ns, SECOND)
         stamp = header[0].to_bytes(4, "little") + header[1].to_bytes(4, "little")
-        flown.hear("fix", data[:4] + stamp + data[12:])
+        flown.receive("fix", data[:4] + stamp + data[12:])
         if count % 1000 == 0:
             flown.recorder.tick()
             most = max(most, sum(os.stat(path).st_size for path in quick.glob("journal*")))

@@ -182,7 +182,7 @@ def test_rows_that_find_no_room_are_counted(
     (tmp_path / "file").touch()
     flown = Flown(tmp_path / "file/kept")
     for index in range(25):
-        flown.hear("fix", fix(START_NS + index))
+        flown.receive("fix", fix(START_NS + index))
     assert flown.recorder.report().values["dropped fixes"] == "5"
     (tmp_path / "file").unlink()
     flown.tick_until(lambda: not flown.recorder.journal.waiting)
