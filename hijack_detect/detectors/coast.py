@@ -36,7 +36,7 @@ YOUNGEST_S = 0.7
 """Age from which on an onset is judged. With 0.5 a recorded flight whose usual score was not known
 yet came to 0.99 of the limit (0.92 with 0.7 and 0.9)."""
 SPACING_S = 0.35
-"""An onset begins with the first fix after this."""
+"""An onset begins with the first fix after this. Chosen: four or five onsets in a run of span_s."""
 SETTLED, RELEARN_S = 0.25, 30.0
 SHORT_GAP_S, LONG_GAP_S = 4.0, 8.0
 """After a gap of the IMU onsets begin when no more of it than the first weighs on the heading, and
@@ -46,8 +46,9 @@ the third. With onsets as soon as the heading is known and that noise at once, h
 without GPS velocities gave scores of 1.1 and 2.2 times the limit on sitl and the simulator. With
 15 s in full after each gap, a carry-off of 1 m/s² 5 s after such a hole of 4 s was missed."""
 LEAST_WAIT_S = 2.0
-"""After a single excursion: the lag of the GPS, and the youngest onset."""
+"""After a single excursion. Physics: the lag of the GPS, and the youngest onset."""
 LOWEST_SCALE, HIGHEST_SCALE = 0.3, 3.0
+"""Bounds of the noise scale. Chosen, not swept: beyond 2.5 nothing is judged."""
 NOISE_MEMORY_S, NOISE_PRIOR_S, NOISE_CLIP = 90.0, 5.0, 3.5
 """Of the noise scale: chosen, and not swept. Onsets of 8 s are forgotten within ten times as long,
 the prior within the first of them, and 3.5 standard deviations are one value in two thousand."""
@@ -62,7 +63,7 @@ USUAL_POWER = 3.0
 USUAL_MEMORY_S, USUAL_PRIOR_S, USUAL_CLIP = 120.0, 2.0, 2.0
 """Of the usual score: chosen, and not swept."""
 LOWEST_USUAL, HIGHEST_USUAL = 0.3, 3.0
-"""Bounds of the usual score, wider than what the limit follows."""
+"""Bounds of the usual score. Chosen: wider than what the limit follows."""
 VISIBLE_GAIN = 1.2
 """`smallest_visible` is this times the offset whose mean score reaches the limit. Noise takes a
 whole run below the limit more often than above, and an offset older than the bank is taken up by
@@ -72,10 +73,10 @@ as large nine tenths are found, of those 0.8 times as large at most half (docs/d
 
 
 class CoastDetector:
-    """Asks how likely a constant offset acceleration is since any onset some seconds ago.
+    """Generalised likelihood ratio of a constant offset acceleration of the GPS since some onset.
 
     A filter of its own follows IMU, GPS and drag (`AirEkf`), and a bank of likelihood ratios over
-    its innovations (`CoastBank`) tells what an offset acceleration since each onset would have
+    its innovations (`CoastBank`) gives what an offset acceleration since each onset would have
     done to them. The score is |a| over its standard deviation: that of the filter's own error
     model times the noise scale that this vehicle has shown, and floors for what no model has. It
     is the least of a run of onsets (`sustained`), and of two beliefs about the wind. The limit
@@ -153,7 +154,7 @@ class CoastDetector:
         return self._verdict(sample.stamp_ns)
 
     def _resume(self, stamp_ns: int) -> None:
-        """Begin all onsets anew after a gap in the GPS."""
+        """Restart all onsets after a gap in the GPS."""
         outage = stamp_ns - self._gps_ns > self._parameters.outage_s * NANOSECONDS
         if outage and self._filter is not None:
             self._begin_bank()
@@ -161,7 +162,7 @@ class CoastDetector:
         self._gps_ns = stamp_ns
 
     def _follow(self, stamp_ns: int) -> None:
-        """Account what the filter has done; begin afresh with another filter."""
+        """Account what the filter has done; restart with another filter."""
         ekf = self._estimator.ekf
         if not isinstance(ekf, AirEkf):
             self._filter = None
@@ -230,9 +231,9 @@ class CoastDetector:
         return self._judge(stamp_ns, still, free, found)
 
     def _found(self, stamp_ns: int, still: Offsets, free: Offsets) -> Sustained | None:
-        """What a run of onsets says, whether the wind stays or not.
+        """The score of a run of onsets, whether the wind stays or not.
 
-        A gust convinces only who believes that it stays, an error of tilt rather who does not.
+        A gust stands out only if the wind is taken to stay, an error of tilt rather if it is not.
         """
         worse = max(self._estimator.worse, self._adrift(stamp_ns))
         sure = self._deviation(still, worse)
@@ -256,7 +257,7 @@ class CoastDetector:
     def _deviation(self, offsets: Offsets, worse: float) -> Array:
         """Standard deviation of each offset acceleration on this vehicle, m/s²."""
         p = self._parameters
-        # What a gap leaves behind is as large as the filter says, unlike noise, of which this
+        # What a gap leaves behind is as large as the filter has it, unlike noise, of which this
         # vehicle may have less.
         learnt = self._scale.value
         scale = max(learnt, worse + (1.0 - worse) * learnt)
@@ -277,7 +278,7 @@ class CoastDetector:
         self._usual.hold()
 
     def _silent(self, stamp_ns: int, state: State, reason: str) -> Verdict:
-        """A verdict that says nothing of the GPS."""
+        """A verdict without a statement about the GPS."""
         self._persistence.reset()
         return Verdict(self.NAME, stamp_ns, state, 0.0, self._limit, reason)
 

@@ -54,6 +54,9 @@ class CoastParameters(Parameters):
         0.18,
         "Nominal time from when a fix was true to its header stamp. The filter learns how far "
         "position and velocity are off it, up to 0.2 s.",
+        source="measured: recorded receivers 0.02 to 0.28 s (docs/detectors.md, what coast and "
+        "date assume)",
+        basic=True,
         unit="s",
         low=0.0,
         high=1.0,
@@ -62,28 +65,39 @@ class CoastParameters(Parameters):
         0.07,
         "Standard deviation of the lags of position and velocity about the nominal one, which the "
         "filter learns. Of 13 recorded receivers none is further off than 0.13 s.",
+        source="measured: 13 recorded receivers",
         unit="s",
         low=0.0,
         high=0.2,
     )
     use_mag: bool = param(
-        True, "Use the magnetometer where there is one: the heading is known before the first move."
+        True,
+        "Use the magnetometer where there is one: the heading is known before the first move.",
+        source="physics: before the first acceleration nothing else shows the heading",
+        basic=True,
     )
     mag_sigma_deg: float = param(
         30.0,
         "Standard deviation of a magnetic heading; larger than that of the attitude estimator, "
         "since currents disturb it for seconds, and a heading that follows turns every force.",
+        source="chosen, not swept: three times that of the attitude estimator",
         unit="deg",
         low=0.1,
         high=90.0,
     )
     position_sigma: float = param(
-        0.7, "Standard deviation of a fix on the next.", unit="m", low=0.01, high=100.0
+        0.7,
+        "Standard deviation of a fix on the next.",
+        source="chosen, not swept",
+        unit="m",
+        low=0.01,
+        high=100.0,
     )
     velocity_sigma: float = param(
         0.05,
         "White noise of a GPS velocity, standard deviation; a receiver that jumps more is taken "
         "to be up to five times as noisy, from what it shows in flight.",
+        source="u-blox M8 data sheet: velocity accuracy 0.05 m/s",
         unit="m/s",
         low=0.01,
         high=100.0,
@@ -92,6 +106,7 @@ class CoastParameters(Parameters):
         0.3,
         "Error of a GPS velocity that lasts for about a second (Gauss-Markov), standard deviation. "
         "Recorded receivers: 0.1 to 0.5. Noise that is taken for white tilts the filter.",
+        source="measured: the middle of the recorded receivers",
         unit="m/s",
         low=0.0,
         high=10.0,
@@ -100,6 +115,7 @@ class CoastParameters(Parameters):
         0.002,
         "Gyroscope noise density. Between 0.001, of most recorded IMUs, and 0.01, of those that "
         "are sampled at 25 Hz: what is worse shows in the noise scale.",
+        source="measured: recorded IMUs",
         unit="rad/s/√Hz",
         low=1e-6,
         high=1.0,
@@ -107,17 +123,24 @@ class CoastParameters(Parameters):
     accel_bias_walk: float = param(
         0.01,
         "Random walk of the accelerometer bias. 0.003 to 0.01 fit 11 of 13 recorded flights best.",
+        source="measured: likelihood of 13 recorded flights",
         unit="m/s²/√s",
         low=0.0,
         high=1.0,
     )
     gyro_bias_walk: float = param(
-        0.0004, "Random walk of the gyroscope bias.", unit="rad/s/√s", low=0.0, high=0.1
+        0.0004,
+        "Random walk of the gyroscope bias.",
+        source="chosen, not swept",
+        unit="rad/s/√s",
+        low=0.0,
+        high=0.1,
     )
     longest_s: float = param(
         8.0,
         "Oldest onset. Of an offset older than this only what it did at first is visible: tilt "
         "and bias have taken up the rest.",
+        source="chosen, not swept",
         unit="s",
         low=3.0,
         high=36.0,
@@ -128,6 +151,7 @@ class CoastParameters(Parameters):
     gust: float = param(
         3.0,
         "With an onset the wind may change by a step: standard deviation, East and North.",
+        source="chosen, not swept: a gust of 6 m/s is two standard deviations",
         unit="m/s",
         low=0.1,
         high=30.0,
@@ -135,6 +159,7 @@ class CoastParameters(Parameters):
     gust_rate: float = param(
         2.0,
         "The same for a steady rise of the wind.",
+        source="chosen, not swept",
         unit="m/s²",
         low=0.1,
         high=30.0,
@@ -143,13 +168,16 @@ class CoastParameters(Parameters):
         1.1,
         "An offset must exceed the limit if the wind did not change, and the limit over this if "
         "it did: drag alone is no proof.",
+        source="chosen, not swept",
         low=0.5,
         high=10.0,
     )
     span_s: float = param(
         1.5,
-        "Onsets over this time must all say it: an error that is over fits one onset only. "
+        "Onsets over this time must all show it: an error that is over fits one onset only. "
         "Largest clean margin on recorded flights 0.92, with 1 s 1.05, at the same drifts found.",
+        source="measured, with the three limits: scores of all onsets of 31 recorded flights, "
+        "70 drifts and 110 simulated flights (docs/detection-limits.md)",
         unit="s",
         low=0.0,
         high=10.0,
@@ -157,6 +185,7 @@ class CoastParameters(Parameters):
     floor_acceleration: float = param(
         0.05,
         "Error that lasts and that no model has: added to the standard deviation.",
+        source="chosen, not swept: what a tilt wrong by 0.3° leaves",
         unit="m/s²",
         low=0.0,
         high=10.0,
@@ -164,6 +193,7 @@ class CoastParameters(Parameters):
     floor_velocity: float = param(
         0.3,
         "The same for a velocity that was there at once.",
+        source="measured, as span_s",
         unit="m/s",
         low=0.0,
         high=10.0,
@@ -172,6 +202,7 @@ class CoastParameters(Parameters):
         2.55,
         "Lowest limit of the offset acceleration in its standard deviations. A quiet vehicle "
         "(simulators: scores up to 1.2) would else have one below what a first manoeuvre brings.",
+        source="measured, as span_s",
         low=1.0,
         high=100.0,
     )
@@ -179,6 +210,8 @@ class CoastParameters(Parameters):
         5.2,
         "Highest limit, also of an attacker who pulls slowly. Recorded vehicles with vibration, "
         "aliasing or a poor receiver reach 4.8 without an attack.",
+        source="measured, as span_s; a vehicle left out reaches 1.08 of it "
+        "(docs/detection-limits.md)",
         low=1.0,
         high=100.0,
     )
@@ -187,13 +220,18 @@ class CoastParameters(Parameters):
         "The limit is this times the usual score of this vehicle (cube root of the mean cube of "
         "the past two minutes), between the two above. On recorded flights the largest score "
         "without an attack is 3.9 times the usual one.",
+        source="measured, as span_s",
         low=0.1,
         high=1000.0,
     )
-    suspicious_margin: float = param(0.85, "SUSPICIOUS from this margin on.", low=0.1, high=1.0)
+    suspicious_margin: float = param(
+        0.85, "SUSPICIOUS from this margin on.", source="chosen, not swept", low=0.1, high=1.0
+    )
     settle_s: float = param(
         20.0,
         "NOT_READY for this long after the heading became known: the noise scale is learnt.",
+        source="chosen, not swept: twice longest_s and the time until the scale has values of "
+        "its own",
         unit="s",
         low=0.0,
         high=600.0,
@@ -201,6 +239,7 @@ class CoastParameters(Parameters):
     persist_s: float = param(
         0.1,
         "The limit must be exceeded this long to be an ALARM; SUSPICIOUS before.",
+        source="measured, as span_s: the run of onsets already holds off single fixes",
         unit="s",
         low=0.0,
         high=60.0,
@@ -209,6 +248,7 @@ class CoastParameters(Parameters):
         30.0,
         "NOT_OBSERVABLE for at most this long after aerobatics or a crash, whose errors of scale "
         "are larger than any attack.",
+        source="measured: one recorded fixed wing, see recover_gain",
         unit="s",
         low=1.0,
         high=600.0,
@@ -218,6 +258,7 @@ class CoastParameters(Parameters):
         "The wait is 2 s and this times the time that the IMU spent beyond max_force or max_rate "
         "within recover_s. One sample in a steep turn costs 3.2 s, half a second of aerobatics the "
         "whole: a recorded fixed wing had an error of 1.4 times the limit 11 s after 0.24 s.",
+        source="measured: one recorded fixed wing",
         low=0.0,
         high=1000.0,
     )
@@ -225,6 +266,7 @@ class CoastParameters(Parameters):
         25.0,
         "A specific force above this is an excursion: aerobatics or a crash, in which the vehicle "
         "counts as unseen.",
+        source="chosen, not swept: 2.5 g",
         unit="m/s²",
         low=11.0,
         high=1000.0,
@@ -232,14 +274,16 @@ class CoastParameters(Parameters):
     max_rate: float = param(
         6.0,
         "The same for an angular velocity.",
+        source="chosen, not swept: 344°/s",
         unit="rad/s",
         low=0.1,
         high=100.0,
     )
     outage_s: float = param(
         2.0,
-        "After a gap of this length in the GPS all onsets begin anew: what the inertial solution "
+        "After a gap of this length in the GPS all onsets restart: what the inertial solution "
         "was off by meanwhile looks like an attack from before the gap.",
+        source="the time after which StreamMerge counts an outage (SILENCE_S)",
         unit="s",
         low=0.1,
         high=60.0,
@@ -247,7 +291,8 @@ class CoastParameters(Parameters):
     max_noise_scale: float = param(
         2.5,
         "NOT_OBSERVABLE while the noise scale is above this: IMU and GPS of this vehicle do not "
-        "agree well enough to tell an attack.",
+        "agree well enough to see an attack.",
+        source="chosen, not swept",
         low=0.5,
         high=100.0,
     )
@@ -255,6 +300,7 @@ class CoastParameters(Parameters):
         3.6,
         "NOT_OBSERVABLE while the smallest acceleration that it could see is larger: after a gap, "
         "until tilt and heading are known again. No drone is carried off so fast.",
+        source="chosen, not swept: an attacked vehicle tilted by 20°",
         unit="m/s²",
         low=0.1,
         high=100.0,
