@@ -24,7 +24,7 @@ def param(
     default: Value,
     doc: str,
     *,
-    source: str = "",
+    source: str,
     unit: str = "",
     low: float | None = None,
     high: float | None = None,

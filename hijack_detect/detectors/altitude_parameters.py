@@ -17,6 +17,7 @@ class AltitudeParameters(Parameters):
     persist_s: float = param(
         0.6,
         "A limit must be exceeded for this long to be an ALARM; SUSPICIOUS before.",
+        source="chosen, not swept",
         unit="s",
         low=0.0,
         high=60.0,
@@ -25,6 +26,8 @@ class AltitudeParameters(Parameters):
         0.2,
         "Time from when a GPS height and velocity were true to their header stamp. Receivers "
         "have 0.05 to 0.35 s.",
+        source="measured: recorded receivers",
+        basic=True,
         unit="s",
         low=0.0,
         high=1.0,
@@ -33,6 +36,7 @@ class AltitudeParameters(Parameters):
         10.0,
         "The first difference between GPS and barometer is the mean over this time. NOT_READY "
         "before.",
+        source="chosen, not swept",
         unit="s",
         low=1.0,
         high=120.0,
@@ -40,6 +44,7 @@ class AltitudeParameters(Parameters):
     wander_m: float = param(
         3.8,
         "Gauss-Markov error of the GPS height of a poor receiver (part 1): standard deviation.",
+        source="chosen, not swept",
         unit="m",
         low=0.1,
         high=100.0,
@@ -47,6 +52,7 @@ class AltitudeParameters(Parameters):
     wander_s: float = param(
         90.0,
         "Time constant of that error. Recorded receivers have 60 to more than 120 s.",
+        source="measured: recorded receivers",
         unit="s",
         low=1.0,
         high=3600.0,
@@ -54,6 +60,7 @@ class AltitudeParameters(Parameters):
     height_noise_m: float = param(
         1.05,
         "White noise beside it: receiver, propeller wash. Raise it for a barometer without a foam.",
+        source="chosen, not swept",
         unit="m",
         low=0.01,
         high=100.0,
@@ -62,6 +69,7 @@ class AltitudeParameters(Parameters):
         3.5,
         "A change of the difference between GPS height and barometer within 1 to 60 s is normal "
         "up to so many standard deviations.",
+        source="chosen, not swept",
         low=1.0,
         high=20.0,
     )
@@ -69,12 +77,14 @@ class AltitudeParameters(Parameters):
         0.5,
         "A good receiver and barometer earn limits of this part of those of a poor pair, after "
         "30 s in the air. They start with 2.5 times the whole.",
+        source="chosen, not swept",
         low=0.05,
         high=1.0,
     )
     baro_gain: float = param(
         2.75,
         "The part is so many times the largest change of the flight's past.",
+        source="measured: each vehicle left out (docs/detection-limits.md)",
         low=1.0,
         high=20.0,
     )
@@ -82,6 +92,7 @@ class AltitudeParameters(Parameters):
         2.0,
         "The part is never more in flight for what a receiver claims: what an attacker can gain "
         "by jamming.",
+        source="chosen: bounds what an attacker gains by jamming",
         low=1.0,
         high=10.0,
     )
@@ -89,6 +100,7 @@ class AltitudeParameters(Parameters):
         3.0,
         "The part is never more in flight, for a receiver that claims to be poor and was seen to "
         "wander.",
+        source="chosen, not swept",
         low=1.0,
         high=10.0,
     )
@@ -96,6 +108,7 @@ class AltitudeParameters(Parameters):
         0.5,
         "Share of what the vehicle climbed within 2 s that a receiver may lack since its filter "
         "lags.",
+        source="chosen, not swept",
         low=0.0,
         high=1.0,
     )
@@ -103,6 +116,7 @@ class AltitudeParameters(Parameters):
         12.0,
         "Least normal distance of the difference from its slowly adapting reference. It is more "
         "for a receiver that claims or shows to be poor.",
+        source="chosen, not swept",
         unit="m",
         low=0.5,
         high=200.0,
@@ -111,6 +125,7 @@ class AltitudeParameters(Parameters):
         0.03,
         "How fast the reference follows pressure and temperature. Weather needs 0.005, a "
         "barometer that warms up 0.02. A slower attack than this is invisible.",
+        source="physics: weather needs 0.005, warming 0.02",
         unit="m/s",
         low=0.0,
         high=1.0,
@@ -119,6 +134,7 @@ class AltitudeParameters(Parameters):
         0.08,
         "Share of a climb by which the barometer may be wrong: 0.07 for air 20 K off the "
         "standard atmosphere.",
+        source="physics: 288 K against 268 K",
         low=0.0,
         high=0.5,
     )
@@ -126,6 +142,7 @@ class AltitudeParameters(Parameters):
         0.3,
         "Share of the dynamic pressure that reaches the barometer; 10 m/s is 5.1 m of it. The "
         "speed is that of the GPS, so that the allowance ends at 3 m.",
+        source="chosen, not swept",
         low=0.0,
         high=2.0,
     )
@@ -133,6 +150,7 @@ class AltitudeParameters(Parameters):
         20.0,
         "The inertial check waits for this long after the attitude is known, while it learns "
         "the accelerometer's vertical bias. A third of it after a gap or a tumble.",
+        source="chosen, not swept",
         unit="s",
         low=2.0,
         high=300.0,
@@ -141,6 +159,7 @@ class AltitudeParameters(Parameters):
         55.0,
         "The inertial check starts over where the body was tilted by more than this: the "
         "accelerometer's scale and the attitude are not good enough in aerobatics.",
+        source="chosen, not swept",
         unit="deg",
         low=10.0,
         high=180.0,
@@ -148,6 +167,7 @@ class AltitudeParameters(Parameters):
     force_noise: float = param(
         0.25,
         "Random walk of velocity from a noisy accelerometer in calm flight.",
+        source="chosen, not swept",
         unit="m/s/√s",
         low=0.01,
         high=10.0,
@@ -156,6 +176,7 @@ class AltitudeParameters(Parameters):
         0.15,
         "Added to force_noise for each m/s² by which the specific force differs from gravity: "
         "scale error, lag, vibration.",
+        source="chosen, not swept",
         unit="1/√s",
         low=0.0,
         high=5.0,
@@ -163,6 +184,7 @@ class AltitudeParameters(Parameters):
     bias_walk: float = param(
         0.01,
         "How fast the accelerometer's vertical bias wanders.",
+        source="chosen, not swept",
         unit="m/s²/√s",
         low=0.0,
         high=1.0,
@@ -170,6 +192,7 @@ class AltitudeParameters(Parameters):
     max_bias: float = param(
         1.0,
         "The learnt vertical bias stays within this, whatever the GPS says.",
+        source="chosen, not swept",
         unit="m/s²",
         low=0.05,
         high=5.0,
@@ -179,6 +202,7 @@ class AltitudeParameters(Parameters):
         "Scatter of the innovation of the GPS vertical velocity below which a flight is as good "
         "as any. The velocity limits grow with the scatter before the last 20 s, at most "
         "threefold.",
+        source="chosen, not swept",
         unit="m/s",
         low=0.01,
         high=5.0,
@@ -187,6 +211,7 @@ class AltitudeParameters(Parameters):
         0.2,
         "The velocity limits grow by this share for each m/s² by which the specific force of the "
         "last 5 s differed from gravity by more than 0.5 m/s².",
+        source="chosen, not swept",
         unit="s²/m",
         low=0.0,
         high=5.0,
@@ -195,24 +220,28 @@ class AltitudeParameters(Parameters):
         1.65,
         "Largest normal evidence for an acceleration of the GPS that the accelerometer did not "
         "feel, standard deviations with the floor of systematic errors.",
+        source="measured: clean recorded flights (docs/detection-limits.md)",
         low=0.5,
         high=100.0,
     )
     limit_velocity: float = param(
         1.6,
         "The same for a constant vertical velocity.",
+        source="measured, as limit_acceleration",
         low=0.5,
         high=100.0,
     )
     limit_rate: float = param(
         4.0,
         "The same for a height that moves without the vertical velocity.",
+        source="measured, as limit_acceleration",
         low=0.5,
         high=100.0,
     )
     limit_step: float = param(
         1.5,
         "The same for a height that has jumped.",
+        source="measured, as limit_acceleration",
         low=0.3,
         high=100.0,
     )

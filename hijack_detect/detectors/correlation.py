@@ -26,6 +26,7 @@ class CorrelationParameters(Parameters):
     window_s: float = param(
         2.0,
         "Window of Algorithm 2. Faithful: 2.0 (N = 100 samples at 50 Hz).",
+        source="Feng 2018, Algorithm 2: N = 100, §5: 50 Hz",
         unit="s",
         low=0.2,
         high=600.0,
@@ -34,6 +35,7 @@ class CorrelationParameters(Parameters):
         0.2,
         "Moving mean over yaw and course before they are compared (§4.3 calls it a median "
         "filter and gives no length). Faithful: 0.2.",
+        source="Feng 2018, §4.3, which gives no length",
         unit="s",
         low=0.0,
         high=10.0,
@@ -43,6 +45,8 @@ class CorrelationParameters(Parameters):
         "How far a course lags behind the yaw: GPS lag, half the time between the two fixes it "
         "comes from, and half the time it is held; the yaw is held back by as much. In turns of "
         "30°/s 0.35 s is 10°. Faithful: 0 (ignored).",
+        source="physics: 0.15 s of receiver, 0.1 s between fixes of 5 Hz and 0.1 s held",
+        basic=True,
         unit="s",
         low=0.0,
         high=5.0,
@@ -50,6 +54,7 @@ class CorrelationParameters(Parameters):
     epsilon: float = param(
         0.85,
         "ε: trends agree above this correlation coefficient (Eq. 11). Faithful: 0.85.",
+        source="Feng 2018, Algorithm 2",
         low=-1.0,
         high=0.999,
     )
@@ -57,6 +62,7 @@ class CorrelationParameters(Parameters):
         20.0,
         "μ: directions agree below this difference of the means. Faithful: 10. Wind makes "
         "crab angles change by more than 10° in turns; raise it for gusty sites.",
+        source="Feng 2018, Algorithm 2, has 10; 20 chosen for crab angles that change in wind",
         unit="deg",
         low=0.1,
         high=180.0,
@@ -65,6 +71,7 @@ class CorrelationParameters(Parameters):
         2.0,
         "Below this standard deviation of yaw or course in the window the two have not turned "
         "together and ρ means nothing. Faithful: 0 (only an exactly constant angle has no ρ).",
+        source="chosen, not swept",
         unit="deg",
         low=0.0,
         high=90.0,
@@ -72,6 +79,7 @@ class CorrelationParameters(Parameters):
     persist_s: float = param(
         1.0,
         "The condition must hold for this long to be an ALARM; SUSPICIOUS before. Faithful: 0.",
+        source="chosen, not swept",
         unit="s",
         low=0.0,
         high=60.0,
@@ -80,6 +88,7 @@ class CorrelationParameters(Parameters):
         8.0,
         "The nose must have followed the course for this long before the window, else "
         "NOT_OBSERVABLE; differences count from the crab angle of that time. Faithful: 0 (off).",
+        source="chosen, not swept",
         unit="s",
         low=0.0,
         high=600.0,
@@ -87,6 +96,7 @@ class CorrelationParameters(Parameters):
     follow_sigma_deg: float = param(
         10.0,
         "Largest standard deviation of course minus yaw in that time that still is following.",
+        source="chosen, not swept",
         unit="deg",
         low=0.1,
         high=180.0,
@@ -94,6 +104,7 @@ class CorrelationParameters(Parameters):
     follow_offset_deg: float = param(
         45.0,
         "Largest mean of course minus yaw in that time: a larger one is flying sideways.",
+        source="chosen, not swept",
         unit="deg",
         low=0.1,
         high=180.0,
@@ -102,6 +113,7 @@ class CorrelationParameters(Parameters):
         10.0,
         "NOT_OBSERVABLE while the estimator's own heading uncertainty is larger: without a "
         "magnetometer the heading drifts on long straight lines. Faithful: 180 (off).",
+        source="chosen: half of mu_deg",
         unit="deg",
         low=0.1,
         high=180.0,
@@ -109,6 +121,7 @@ class CorrelationParameters(Parameters):
     in_flight: bool = param(
         True,
         "Judge only while the vehicle is in the air with a usable IMU. Faithful: false.",
+        source="chosen, not swept",
     )
     patience_s: float = patience()
     sensor_patience_s: float = sensor_patience()

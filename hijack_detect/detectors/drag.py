@@ -46,6 +46,8 @@ class DragParameters(Parameters):
         0.2,
         "Time from when a GPS velocity was true to its header stamp. Wrong by 0.1 s costs little: "
         "drag is a matter of seconds.",
+        source="measured: recorded receivers",
+        basic=True,
         unit="s",
         low=0.0,
         high=1.0,
@@ -53,6 +55,7 @@ class DragParameters(Parameters):
     block_s: float = param(
         0.4,
         "Force and velocity are averaged over this time, or the interval of slower receivers.",
+        source="chosen, not swept",
         unit="s",
         low=0.1,
         high=5.0,
@@ -60,6 +63,7 @@ class DragParameters(Parameters):
     recent_s: float = param(
         20.0,
         "The wind of this last time is compared with the wind before. Longer is surer and slower.",
+        source="chosen, not swept",
         unit="s",
         low=5.0,
         high=120.0,
@@ -68,6 +72,7 @@ class DragParameters(Parameters):
         40.0,
         "Age of the parameters that are compared with; a change that takes longer than this less "
         "half of recent_s is taken for weather. After take-off younger ones are used.",
+        source="chosen, not swept",
         unit="s",
         low=10.0,
         high=300.0,
@@ -75,6 +80,7 @@ class DragParameters(Parameters):
     ready_s: float = param(
         25.0,
         "Time in flight, after settle_s, before there is anything to compare; at least recent_s.",
+        source="physics: recent_s, and what there is to compare it with",
         unit="s",
         low=5.0,
         high=300.0,
@@ -83,6 +89,7 @@ class DragParameters(Parameters):
         120.0,
         "While the change is over its limit the parameters from before it are kept, at most until "
         "they are this old: then the new wind is believed, and an alarm ends.",
+        source="chosen, not swept",
         unit="s",
         low=10.0,
         high=3600.0,
@@ -91,6 +98,8 @@ class DragParameters(Parameters):
         3.7,
         "Change of wind that is normal in any weather. Take it from clean flights of the vehicle, "
         "windy ones among them. A gust front of this size cannot be told from an attack.",
+        source="measured: clean recorded flights (docs/detection-limits.md)",
+        basic=True,
         unit="m/s",
         low=0.5,
         high=50.0,
@@ -98,6 +107,7 @@ class DragParameters(Parameters):
     limit_offset: float = param(
         1.0,
         "In strong wind limit_offset + limit_share * wind is normal, if it is more.",
+        source="measured with least_limit",
         unit="m/s",
         low=0.0,
         high=50.0,
@@ -105,6 +115,7 @@ class DragParameters(Parameters):
     limit_share: float = param(
         0.55,
         "See limit_offset. 0 makes the limit the same in all winds.",
+        source="measured with least_limit",
         low=0.0,
         high=5.0,
     )
@@ -113,6 +124,7 @@ class DragParameters(Parameters):
         "NOT_OBSERVABLE where the change of wind is known less well than this (one standard "
         "deviation): a straight route at constant speed, where wind and accelerometer bias look "
         "the same.",
+        source="chosen, not swept",
         unit="m/s",
         low=0.1,
         high=10.0,
@@ -121,6 +133,7 @@ class DragParameters(Parameters):
         5.0,
         "A change of wind is expected to be about this large; what the flight does not tell stays "
         "within it.",
+        source="chosen, not swept",
         unit="m/s",
         low=0.5,
         high=50.0,
@@ -128,6 +141,7 @@ class DragParameters(Parameters):
     persist_s: float = param(
         2.0,
         "The limit must be exceeded for this long to be an ALARM; SUSPICIOUS before.",
+        source="chosen, not swept",
         unit="s",
         low=0.0,
         high=60.0,
@@ -139,6 +153,7 @@ class DragParameters(Parameters):
         0.1,
         "A vehicle with less drag than this is not seen by its drag: NOT_OBSERVABLE. A fixed wing "
         "ends here.",
+        source="chosen, not swept",
         unit="1/s",
         low=0.0,
         high=2.0,
@@ -146,6 +161,7 @@ class DragParameters(Parameters):
     learnt_share: float = param(
         0.95,
         "Drag is learnt once its standard deviation is below this share of drag_sigma.",
+        source="chosen, not swept",
         low=0.05,
         high=1.0,
     )
@@ -153,6 +169,7 @@ class DragParameters(Parameters):
         0.45,
         "NOT_OBSERVABLE where drag leaves more than this of the specific force unexplained (root "
         "mean square of blocks): a fixed wing, aerobatics, a loose sensor.",
+        source="chosen, not swept",
         unit="m/s²",
         low=0.05,
         high=10.0,
@@ -161,6 +178,7 @@ class DragParameters(Parameters):
         0.2,
         "Standard deviation of the accelerometer's bias along body x and y, a tilted mounting "
         "included (1° is 0.17).",
+        source="physics: 1.2° of tilted mounting",
         unit="m/s²",
         low=0.01,
         high=5.0,
@@ -168,6 +186,7 @@ class DragParameters(Parameters):
     gust_s: float = param(
         1.0,
         "How long gusts keep the force away from the model. Longer trusts the flight less.",
+        source="chosen, not swept",
         unit="s",
         low=0.0,
         high=30.0,
@@ -175,6 +194,7 @@ class DragParameters(Parameters):
     wind_walk: float = param(
         0.15,
         "How fast the wind is expected to change: standard deviation after one second.",
+        source="chosen, not swept: 1.2 m/s in a minute",
         unit="m/s",
         low=0.0,
         high=5.0,
@@ -182,6 +202,7 @@ class DragParameters(Parameters):
     max_heading_sigma_deg: float = param(
         20.0,
         "Blocks with a heading known less well are left out.",
+        source="chosen, not swept",
         unit="deg",
         low=1.0,
         high=180.0,
@@ -192,12 +213,14 @@ class DragParameters(Parameters):
         "of the heading (rad), the largest of recent_s, and without what the limit holds already "
         "(0.35 m/s), adds to the limit as squares. A multirotor that braked from 6 m/s with a "
         "heading known to 10° needed 4.",
+        source="measured: a multirotor that needed 4, with half as much again",
         low=0.0,
         high=20.0,
     )
     moving_speed: float = param(
         2.0,
         "A vehicle that is faster for 2 s, or climbs at half of this, is in the air.",
+        source="as moving_speed of flight_phase",
         unit="m/s",
         low=0.2,
         high=50.0,
@@ -205,6 +228,7 @@ class DragParameters(Parameters):
     settle_s: float = param(
         5.0,
         "Nothing is learnt for this long after that: take-off.",
+        source="chosen, not swept",
         unit="s",
         low=0.0,
         high=60.0,
@@ -213,6 +237,7 @@ class DragParameters(Parameters):
         0.25,
         "The vehicle stands on the ground again when it does not move and the accelerometer "
         "shakes less than this share of what it did in the air. 0: never.",
+        source="chosen, not swept",
         low=0.0,
         high=1.0,
     )
@@ -221,6 +246,7 @@ class DragParameters(Parameters):
     max_gap_s: float = param(
         2.0,
         "GPS velocities further apart than this are not joined, and the wind is forgotten.",
+        source="the time after which StreamMerge counts an outage (SILENCE_S)",
         unit="s",
         low=0.1,
         high=60.0,

@@ -30,6 +30,8 @@ class FusionParameters(Parameters):
         "results of all the methods are hijacked'); claims are kept for the flight. Use it with "
         "the faithful detectors. `any`: alert when any detector alarms. `default`: alert when the "
         "likelihood ratios of all detectors together make an attack probable enough.",
+        source="Feng 2018, §5, for `paper`",
+        basic=True,
         choices=("paper", "any", "default"),
     )
     further_detectors: str = param(
@@ -38,6 +40,8 @@ class FusionParameters(Parameters):
         "publishes NAME/verdict. One that is missing makes the monitor degraded. With policy "
         "`default` they support an alert and never give one, unless `further_weights` says more; "
         "with `any` their alarm is an alert; `paper` does not ask them.",
+        source="docs/own-detector.md",
+        basic=True,
     )
     further_weights: str = param(
         "",
@@ -47,11 +51,13 @@ class FusionParameters(Parameters):
         "alarm alone makes none; `carry_off`, it could see a carry-off; `keeps_alarm`, until it is "
         "reset itself; `velocity` or `height` of the receiver, a source of error of others too, of "
         "which only one counts. `advisory` instead of numbers: it is only shown.",
+        source="docs/own-detector.md",
     )
     prior: float = param(
         0.1,
         "Policy `default`: probability of an attack before anything is heard. Only the ratio of "
         "this to `alarm_probability` decides.",
+        source="chosen, not swept: only its ratio to alarm_probability decides",
         low=1e-6,
         high=0.5,
     )
@@ -59,6 +65,7 @@ class FusionParameters(Parameters):
         0.65,
         "Policy `default`: ALARM from this probability on, if a detector alarms. Lower it where a "
         "missed attack costs more than a false alarm.",
+        source="measured: reliability of the probability (docs/detection-limits.md)",
         low=0.5,
         high=0.9999,
     )
@@ -66,6 +73,7 @@ class FusionParameters(Parameters):
         0.9,
         "Policy `default`: SUSPICIOUS from this probability on, whatever single detectors say, "
         "until it is below half of it.",
+        source="chosen, not swept",
         low=0.01,
         high=0.9999,
     )
@@ -73,6 +81,7 @@ class FusionParameters(Parameters):
         5.0,
         "Policy `default`: margins this close together count as one event; a margin speaks for "
         "this long.",
+        source="chosen, not swept",
         unit="s",
         low=0.0,
         high=600.0,
@@ -80,6 +89,7 @@ class FusionParameters(Parameters):
     debounce_s: float = param(
         0.2,
         "Policy `default`: the probability must be high for this long.",
+        source="chosen, not swept",
         unit="s",
         low=0.0,
         high=60.0,
@@ -89,6 +99,7 @@ class FusionParameters(Parameters):
         "How long to wait for a detector that has gone silent, on the stamps of the others: an "
         "alert comes this much later when a detector has just died. For replays faster than real "
         "time far larger.",
+        source="chosen: longer than a sensor is waited for (3 s), and its skew",
         unit="s",
         low=1.0,
         high=3600.0,
@@ -96,6 +107,7 @@ class FusionParameters(Parameters):
     stale_s: float = param(
         3.0,
         "A detector whose newest verdict is this much older than the newest of all is STALE.",
+        source="chosen: what a sensor is waited for",
         unit="s",
         low=0.1,
         high=600.0,
@@ -104,6 +116,7 @@ class FusionParameters(Parameters):
         120.0,
         "A detector that has been NOT_READY for this long is overdue, and the monitor degraded. On "
         "the ground, where no heading can be known, that is true as well.",
+        source="chosen, not swept",
         unit="s",
         low=1.0,
         high=36000.0,
@@ -112,6 +125,8 @@ class FusionParameters(Parameters):
         20.0,
         "An alert outlives the node when it is started again within this time, as launch does "
         "after a crash; not when the node was asked to end. 0 lets none survive.",
+        source="chosen: longer than launch takes to start a node again",
+        basic=True,
         unit="s",
         low=0.0,
         high=3600.0,

@@ -57,6 +57,7 @@ def patience() -> Any:
         "How long to wait for another node of the monitor that has gone silent, on the stamps of "
         "the other inputs. It must be longer than the estimator waits for a sensor (3 s). Costs "
         "time only when a node has died. For replays faster than real time far larger.",
+        source="chosen, not swept: a node that launch starts again is back within 10 s",
         unit="s",
         low=4.0,
         high=3600.0,

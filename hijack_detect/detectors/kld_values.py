@@ -32,6 +32,7 @@ def _threshold(default: float, of: str, faithful: float) -> Any:
         default,
         f"Largest sum of forward and backward divergence that is normal for {of}. Faithful: "
         f"{faithful:g}, from simulated flights of their own; the paper gives none.",
+        source="measured: clean flights (docs/reproduction.md, docs/detection-limits.md)",
         unit="nat",
         low=1e-15,
         high=1e6,
@@ -48,12 +49,14 @@ class KldParameters(Parameters):
         "their probabilities, which are not normalised. `hardened`: how far each value is from "
         "going on as before, in steps of metres, and the divergence of whole distributions. "
         "Thresholds and quorum belong to the mode: change them together.",
+        source="Basan 2022, Table 2 and Eqs. 7-13 for `faithful`",
         choices=("faithful", "hardened"),
     )
     window: int = param(
         10,
         "n: number of values that a mean is taken of (§2.2), and length of the windows that are "
         "compared. Faithful: 10. 10 values at 5 Hz are 2 s.",
+        source="Basan 2022, §2.2: the mean of the last ten values",
         low=2,
         high=1000,
     )
@@ -61,6 +64,7 @@ class KldParameters(Parameters):
         1,
         "An alarm needs this many parameters above their thresholds at once (§2.3). Faithful: 2. "
         "In the hardened mode one is enough: no manoeuvre comes near a threshold.",
+        source="Basan 2022, §2.3, for `faithful`",
         low=1,
         high=len(NAMES),
     )
@@ -69,6 +73,7 @@ class KldParameters(Parameters):
         "Up to this many times the quorum of parameters may share a claim: two at half of their "
         "thresholds at once are as much as one at its own, since the divergences of independent "
         "parameters add up. Faithful: 1 (off).",
+        source="chosen, not swept",
         low=1,
         high=len(NAMES),
     )
@@ -82,11 +87,13 @@ class KldParameters(Parameters):
         True,
         "Keep an alarm until the node's service ~/reset is called: successive windows see only "
         "change, so a spoof that has settled looks normal.",
+        source="physics: two windows of the same spoof are alike",
     )
     scale_m: float = param(
         0.15,
         "Hardened: noise of a position that counts as one step. Steps also grow with the time "
         "between fixes, see `acceleration`.",
+        source="chosen, not swept",
         unit="m",
         low=0.01,
         high=100.0,
@@ -95,6 +102,7 @@ class KldParameters(Parameters):
         2.5,
         "Hardened: change of velocity that counts as one step, so that manoeuvres stay below a "
         "few steps at every rate of fixes. Raise it for racing drones.",
+        source="chosen, not swept",
         unit="m/s²",
         low=0.1,
         high=100.0,
@@ -102,6 +110,7 @@ class KldParameters(Parameters):
     turn_rate_deg_s: float = param(
         50.0,
         "Hardened: rate of turn that counts as one step of the track angle.",
+        source="chosen, not swept",
         unit="deg/s",
         low=1.0,
         high=1000.0,
@@ -109,6 +118,7 @@ class KldParameters(Parameters):
     min_speed: float = param(
         2.0,
         "Hardened: below this ground speed there is no track angle.",
+        source="as min_speed of course",
         unit="m/s",
         low=0.0,
         high=50.0,
@@ -116,6 +126,7 @@ class KldParameters(Parameters):
     floor: float = param(
         0.1,
         "Hardened: added to every mean number of steps: a few steps after none mean little.",
+        source="chosen, not swept",
         low=1e-6,
         high=100.0,
     )
@@ -123,12 +134,14 @@ class KldParameters(Parameters):
         2.0,
         "Hardened: k of the negative binomial distributions: counts scatter with λ + λ² / k. 2 is "
         "the scatter of the size of normal noise; a large k is Poisson's law.",
+        source="physics: the size of normal noise has mean² / variance 2",
         low=0.1,
         high=1e6,
     )
     max_gap_s: float = param(
         2.0,
         "Values further apart than this are not compared.",
+        source="the time after which StreamMerge counts an outage (SILENCE_S)",
         unit="s",
         low=0.1,
         high=60.0,
@@ -138,6 +151,7 @@ class KldParameters(Parameters):
         "How long to wait for a GPS topic that has gone silent, on the stamps of the others. "
         "3600 for acknowledged delivery and replays faster than real time, where every topic is "
         "there.",
+        source="as sensor_patience_s of other detectors",
         unit="s",
         low=3.0,
         high=3600.0,

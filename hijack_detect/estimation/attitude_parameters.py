@@ -18,17 +18,21 @@ class AttitudeParameters(Parameters):
         "`ekf`: the 15-state error-state filter of §3.5. `quaternion`: the bare quaternion "
         "integration of Eqs. 2-10, started level on the first course; its roll and pitch are "
         "never corrected, its gyro bias is the filter's, as in the paper.",
+        source="Feng 2018, §3.5 and Eqs. 2-10",
         choices=("ekf", "quaternion"),
     )
     first_order: bool = param(
         False,
         "With `method: quaternion`: the paper's first-order update (Eqs. 5-6) instead of the "
         "exact one.",
+        source="Feng 2018, Eqs. 5-6",
     )
     gps_lag_s: float = param(
         0.15,
         "Time from when a fix was true to its header stamp; 0.1-0.3 s with stamps of arrival, 0 "
         "when the stamps are of validity. Wrong by 0.1 s costs about 0.5° of tilt in manoeuvres.",
+        source="measured: recorded receivers 0.02 to 0.28 s (docs/detectors.md)",
+        basic=True,
         unit="s",
         low=0.0,
         high=1.0,
@@ -37,6 +41,8 @@ class AttitudeParameters(Parameters):
         3.0,
         "The heading is taken from the first course above this speed over ground (text under "
         "Eq. 10, with a gate: a hovering vehicle has no course).",
+        source="Feng 2018, text under Eq. 10; the gate is chosen, not swept",
+        basic=True,
         unit="m/s",
         low=0.5,
         high=50.0,
@@ -44,6 +50,7 @@ class AttitudeParameters(Parameters):
     align_sigma_deg: float = param(
         30.0,
         "Standard deviation of that first heading: how far from its nose the vehicle may fly.",
+        source="chosen, not swept",
         unit="deg",
         low=1.0,
         high=90.0,
@@ -52,6 +59,7 @@ class AttitudeParameters(Parameters):
         7.0,
         "Orientation is published from when the filter's own heading uncertainty first falls "
         "below this; until then imu/data says that it has none (REP-145).",
+        source="chosen, not swept",
         unit="deg",
         low=0.1,
         high=90.0,
@@ -59,6 +67,7 @@ class AttitudeParameters(Parameters):
     level_s: float = param(
         0.5,
         "Roll and pitch start from the mean accelerometer reading over this time.",
+        source="chosen, not swept",
         unit="s",
         low=0.05,
         high=10.0,
@@ -68,6 +77,7 @@ class AttitudeParameters(Parameters):
         "After a longer gap in the IMU data the filter takes position, velocity and tilt for "
         "unknown, and keeps biases and heading with what it may have turned; after 30 s, or before "
         "it has a heading, it starts anew.",
+        source="chosen, not swept",
         unit="s",
         low=0.05,
         high=10.0,
@@ -75,40 +85,72 @@ class AttitudeParameters(Parameters):
     accel_noise: float = param(
         0.1,
         "Accelerometer noise density; vibration and aliasing included, so far above a data sheet.",
+        source="chosen, not swept",
         unit="m/s²/√Hz",
         low=1e-4,
         high=10.0,
     )
     gyro_noise: float = param(
-        0.003, "Gyroscope noise density.", unit="rad/s/√Hz", low=1e-6, high=1.0
+        0.003,
+        "Gyroscope noise density.",
+        source="chosen, not swept",
+        unit="rad/s/√Hz",
+        low=1e-6,
+        high=1.0,
     )
     accel_bias_walk: float = param(
-        0.005, "Random walk of the accelerometer bias.", unit="m/s²/√s", low=0.0, high=1.0
+        0.005,
+        "Random walk of the accelerometer bias.",
+        source="chosen, not swept",
+        unit="m/s²/√s",
+        low=0.0,
+        high=1.0,
     )
     gyro_bias_walk: float = param(
         0.0007,
         "Random walk of the gyroscope bias; real biases move by 0.3°/s within a quarter minute.",
+        source="physics: 0.3°/s in 15 s is two standard deviations",
         unit="rad/s/√s",
         low=0.0,
         high=0.1,
     )
     position_sigma: float = param(
-        1.0, "Standard deviation of a fix, East and North.", unit="m", low=0.01, high=100.0
+        1.0,
+        "Standard deviation of a fix, East and North.",
+        source="chosen, not swept",
+        basic=True,
+        unit="m",
+        low=0.01,
+        high=100.0,
     )
     height_sigma: float = param(
-        2.0, "Standard deviation of a fix, Up.", unit="m", low=0.01, high=100.0
+        2.0,
+        "Standard deviation of a fix, Up.",
+        source="physics: vertical dilution is about twice the horizontal",
+        unit="m",
+        low=0.01,
+        high=100.0,
     )
     velocity_sigma: float = param(
-        0.2, "Standard deviation of a GPS velocity, each axis.", unit="m/s", low=0.01, high=100.0
+        0.2,
+        "Standard deviation of a GPS velocity, each axis.",
+        source="chosen, not swept",
+        basic=True,
+        unit="m/s",
+        low=0.01,
+        high=100.0,
     )
     use_mag: bool = param(
         True,
         "Use the magnetometer where there is one. Faithful: false (gyro, accelerometer and GPS "
         "alone); then the heading drifts on straight lines, where nothing shows it.",
+        source="Feng 2018 has none; without one the heading drifts (docs/attitude.md)",
+        basic=True,
     )
     mag_sigma_deg: float = param(
         10.0,
         "Standard deviation of the magnetic heading; large, since currents disturb it in bursts.",
+        source="chosen, not swept",
         unit="deg",
         low=0.1,
         high=90.0,
@@ -117,6 +159,7 @@ class AttitudeParameters(Parameters):
         10.0,
         "A magnetic heading further than this, and than three standard deviations, from the "
         "filter's is not used: a current or a steel bridge. After 30 s of that it is used again.",
+        source="chosen: that of mag_sigma_deg",
         unit="deg",
         low=1.0,
         high=180.0,

@@ -21,6 +21,8 @@ class CourseParameters(Parameters):
         2.0,
         "Below this speed over ground the course is not observable: position noise of "
         "5 cm over 0.2 s is 0.35 m/s across the track. Raise for noisy receivers.",
+        source="physics: 0.35 m/s across 2 m/s is 10°",
+        basic=True,
         unit="m/s",
         low=0.0,
         high=50.0,
@@ -28,6 +30,7 @@ class CourseParameters(Parameters):
     max_gap_s: float = param(
         2.0,
         "Two fixes further apart than this give no course. Raise for receivers slower than 1 Hz.",
+        source="the time after which StreamMerge counts an outage (SILENCE_S)",
         unit="s",
         low=0.1,
         high=60.0,

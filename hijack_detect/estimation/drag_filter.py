@@ -67,6 +67,8 @@ def first_drag() -> Any:
         0.25,
         "Drag k of the vehicle before it is learnt: specific force per airspeed. Quadrotors have "
         "0.15 to 0.35.",
+        source="measured: the middle of recorded quadrotors",
+        basic=True,
         unit="1/s",
         low=0.02,
         high=2.0,
@@ -78,6 +80,8 @@ def first_drag_sigma() -> Any:
     return param(
         0.08,
         "Standard deviation of `drag`. Lower it for a vehicle that was measured.",
+        source="measured: the scatter of recorded quadrotors",
+        basic=True,
         unit="1/s",
         low=0.001,
         high=2.0,
@@ -89,6 +93,7 @@ def first_quadratic_sigma(default: float) -> Any:
     return param(
         default,
         "Standard deviation of the drag q that grows with airspeed, which most quadrotors lack.",
+        source="chosen, not swept",
         unit="1/m",
         low=0.0001,
         high=1.0,

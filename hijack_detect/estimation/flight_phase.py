@@ -89,6 +89,8 @@ class FlightPhaseParameters(Parameters):
         1.5,
         "A vehicle that is disturbed and this much higher than where it stood, by the barometer, "
         "flies. Barometers indoors and in gusts move by less than 1 m.",
+        source="measured: recorded barometers on the ground stay below 1 m",
+        basic=True,
         unit="m",
         low=0.3,
         high=50.0,
@@ -97,6 +99,8 @@ class FlightPhaseParameters(Parameters):
         2.0,
         "A vehicle that is disturbed and faster than this over ground flies, once it went as far "
         "as that is in 2 s; one in a hand has to be twice as fast.",
+        source="chosen: a walking person carries a vehicle at 1.4 m/s",
+        basic=True,
         unit="m/s",
         low=0.5,
         high=50.0,
@@ -105,6 +109,7 @@ class FlightPhaseParameters(Parameters):
         0.6,
         "Without a barometer a vehicle that climbs faster than this by GPS flies, once it climbed "
         "as far as that is in 2 s.",
+        source="chosen, not swept",
         unit="m/s",
         low=0.1,
         high=10.0,
@@ -113,6 +118,7 @@ class FlightPhaseParameters(Parameters):
         0.01,
         "The accelerometer clips when this share of its samples of 2 s repeats the largest "
         "reading of one axis to the bit.",
+        source="chosen, not swept",
         low=0.001,
         high=1.0,
     )
@@ -121,6 +127,7 @@ class FlightPhaseParameters(Parameters):
         "The IMU cannot be used above this vibration: the deviation of the difference of "
         "successive specific forces over √2, over the root of the rate. Healthy recorded vehicles "
         "have 0.02 to 0.5 in flight, those whose attitude failed 1.1 to 2.",
+        source="measured: between the healthy recorded vehicles and those whose attitude failed",
         unit="m/s²/√Hz",
         low=0.05,
         high=100.0,
@@ -129,6 +136,7 @@ class FlightPhaseParameters(Parameters):
         1.5,
         "The specific force cannot be used if at rest it is this far from gravity: wrong unit or "
         "scale. Recorded vehicles are off by up to 0.6 m/s².",
+        source="measured: 2.5 times the largest of recorded vehicles",
         unit="m/s²",
         low=0.2,
         high=10.0,

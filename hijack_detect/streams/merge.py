@@ -24,6 +24,7 @@ def sensor_patience() -> Any:
         SENSOR_PATIENCE_S,
         "How long to wait for a sensor that has gone silent, on the stamps of the others. For "
         "replays faster than real time far larger.",
+        source="what counts as an outage (2 s), and the skew of what comes after it (1 s)",
         unit="s",
         low=SENSOR_PATIENCE_S,
         high=3600.0,
