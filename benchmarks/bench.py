@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""How fast the monitor is, as ratios to something measured in the same run.
+"""Speed of the monitor, as ratios to something measured in the same run.
 
     make bench            (python benchmarks/bench.py build/bench)
 

@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""How time and memory of the offline path grow with a flight, and with the rate of its IMU.
+"""Growth of time and memory of the offline path with a flight, and with the rate of its IMU.
 
     python benchmarks/growth.py build/bench docs/figures/speed_growth.png
 

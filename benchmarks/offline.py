@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""How long the offline path takes, as ratios to rosbags measured in the same run.
+"""Time of the offline path, as ratios to rosbags measured in the same run.
 
 Each job runs in a separate process, by turns, and the medians count.
 """

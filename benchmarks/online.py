@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""What the running monitor costs: processor, memory, and the time from a fix to the alert.
+"""Cost of the running monitor: processor, memory, and the time from a fix to the alert.
 
 A simulated flight is played at its own pace, 200 Hz of Imu and 10 Hz of fixes and velocities, to
 (a) the nodes as processes, (b) all of them in one, and (c) a node that only receives. Load is

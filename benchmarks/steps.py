@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""What one step of each estimator and detector costs, and that a longer window does not cost more.
+"""Cost of one step of each estimator and detector, and that a longer window does not cost more.
 
 A simulated flight goes through the monitor once, and the inputs of each part are kept. Then each
 part gets them again alone, every call timed. A fix here is all that comes with it: its position

@@ -1,2 +1,2 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""What the detectors reach: papers, limits, recorded flights, gates of autopilots."""
+"""Experiments: papers, limits, recorded flights, gates of autopilots."""

@@ -31,7 +31,7 @@ from hijack_detect.streams.samples import (
 
 HORIZON_S = 60.0
 GPS = (FixSample, VelocitySample, SatelliteSample)
-"""What an attack can change."""
+"""Samples that an attack can change."""
 
 
 class Attacked(Protocol):

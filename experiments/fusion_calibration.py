@@ -62,7 +62,7 @@ RATIOS: Ratios = {name: one.ratio for name, one in WEIGHTS.items() if one.ratio 
 ALERTING = {name for name, one in WEIGHTS.items() if one.may_alert}
 WINDOW = WINDOWS_S.index(BLOCK_S)
 HORIZON_S = 12.0
-"""How long an attack is followed: the window, and what comes late in it. Chosen, not swept."""
+"""Time after an onset that counts: the window, and what comes late in it. Chosen, not swept."""
 ATTACKS: Mapping[str, frozenset[str]] = {
     CLEAN: frozenset({"in motion", "any phase"}),
     "jump": frozenset({"10 m", "20 m"}),

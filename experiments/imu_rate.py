@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""What a slower IMU does to each detector: the same flights with fewer samples.
+"""Effect of a slower IMU on each detector: the same flights with fewer samples.
 
     python -m experiments.imu_rate FLIGHT...
 

@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""What a receiver reports that is jammed, or carried off afterwards."""
+"""Model of a receiver that is jammed, or carried off afterwards."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ POSITION_TIME_S = 17.0
 smoothes its positions by its velocities: by 2 m (VELOCITY_NOISE · T · √(Tv / (T + Tv)))."""
 
 Change = Callable[[Sample], Sample | None]
-"""What becomes of a sample; None drops it."""
+"""Change of a sample; None drops it."""
 
 
 def untouched(sample: Sample) -> Sample:

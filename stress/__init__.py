@@ -1,2 +1,2 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""What the monitor bears: random input, faults, a killed recorder, and replays to the bit."""
+"""Stress tests: random input, faults, a killed recorder, and replays to the bit."""

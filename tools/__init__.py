@@ -1,2 +1,2 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""What writes documents: the reference of the interface, SROS2 policies, tables in Markdown."""
+"""Writers of documents: the reference of the interface, SROS2 policies, tables in Markdown."""

@@ -38,7 +38,7 @@ PROGRAMS = {
         *("--ros-args", "-p", f"bag:={ROOT / 'bags/curved_8'}"),
     ],
 }
-"""What is not started as a node without arguments."""
+"""Executables that are not started as a node without arguments."""
 READY_S, SETTLE_S = 30.0, 3.0
 T = TypeVar("T")
 Rights = Mapping[tuple[str, str], Sequence[str]]

@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""What a gate achieved: when it rejected, for how long, how far the report was off by then."""
+"""Outcome of a gate: when it rejected, for how long, how far the report was off by then."""
 
 from __future__ import annotations
 

@@ -59,7 +59,7 @@ remains (0.7 of it: no flight falls for long), and vibration adds to it: 3 g is 
 
 @dataclass
 class Stamps:
-    """What was noted of the stamps of one input, nanoseconds.
+    """Notes on the stamps of one input, nanoseconds.
 
     `set_back` is the largest step back, `ahead` the sum of all steps of more than JUMP_NS.
     """
@@ -119,7 +119,7 @@ class Inputs:
         return self.stamps[name].count if name in self.stamps else 0
 
     def unusable(self) -> str:
-        """Why nothing can be judged with these inputs; empty if that is not known."""
+        """Reason why nothing can be judged with these inputs; empty if that is not known."""
         stuck = [name for name, one in self.stamps.items() if one.stuck]
         if NEEDED & {*stuck}:
             zero = "" if any(self.stamps[name].last for name in stuck) else ": all are 0"
@@ -139,7 +139,7 @@ class Inputs:
         return ""
 
     def notes(self, duration_s: float) -> Iterator[str]:
-        """What is odd about the stamps, a sentence each.
+        """Notes on the stamps, a sentence each.
 
         Args:
             duration_s: From the first to the last message by log time: a clock that was set
@@ -216,7 +216,7 @@ class TakenBack:
 
 
 class Complaint:
-    """How long verdicts had figures beyond their limits, and the worst of them meanwhile.
+    """Time in which verdicts had figures beyond their limits, and the worst of them.
 
     Attributes:
         lasted_ns: Nanoseconds for which they had.
@@ -289,7 +289,7 @@ class Watched:
         )
 
     def seen(self, acceleration: float) -> Times:
-        """When `coast` claimed to see an offset acceleration (m/s²), in the air."""
+        """Times in which `coast` claimed to see an offset acceleration (m/s²), in the air."""
         return self.in_air & Times((a, b) for a, b, least in self.visible if least <= acceleration)
 
 

@@ -61,7 +61,7 @@ class Times:
 
     @property
     def seconds(self) -> float:
-        """How long they are together, to the microsecond."""
+        """Total length, to the microsecond."""
         return round(sum(end - start for start, end in self.intervals) / NANOSECONDS, 6)
 
 
@@ -78,11 +78,11 @@ class VerdictLike(Protocol):
 
     @property
     def state(self) -> State:
-        """What is claimed."""
+        """State that is claimed."""
 
     @property
     def reason(self) -> str:
-        """Why."""
+        """Reason, in words."""
 
 
 @dataclass(frozen=True)
@@ -99,7 +99,7 @@ class Span:
 
     @property
     def seconds(self) -> float:
-        """How long it lasts."""
+        """Length."""
         return (self.end_ns - self.start_ns) / NANOSECONDS
 
 
@@ -121,7 +121,7 @@ class StateSpans:
         self._stale_ns = stale_ns
         self._closed: list[Span] = []
         self._last = Span(State.NOT_READY, start_ns, sys.maxsize, NO_VERDICT)
-        """What holds since the last verdict, until it would go stale."""
+        """Span of the last verdict, until it would go stale."""
 
     def add(self, verdict: VerdictLike) -> None:
         """Take the next verdict, in order of stamp; one of before the last holds from that on."""

@@ -46,7 +46,7 @@ FOUND = {
     Outcome.NO_ALERT_UNLABELLED: CLEAN,
     Outcome.NOT_JUDGED: OPEN,
 }
-"""What is to be thought of the GPS, by what is known of it, or else by what was found."""
+"""Judgement of the GPS, by what is known of it, or else by what was found."""
 
 
 def found(analysis: Analysis) -> str:
@@ -88,7 +88,7 @@ def sentence(analysis: Analysis) -> str:
 
 
 def worth(analysis: Analysis) -> str:
-    """What it is worth that there was no alert: what would have been seen, and for how long."""
+    """Worth of a result without alert: what would have been seen, and for how long."""
     if analysis.not_judged is not None:
         return f"The flight could not be judged: {analysis.not_judged}."
     whole, visible = analysis.in_air_s, analysis.visible

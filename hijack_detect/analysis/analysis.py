@@ -14,7 +14,7 @@ from hijack_detect.replay.truth import Source
 
 
 class Outcome(enum.Enum):
-    """How the alerts compare with what is known of the attack.
+    """Comparison of the alerts with what is known of the attack.
 
     - detected: the first alert came inside the attack.
     - missed: there was an attack and no alert.
@@ -86,7 +86,7 @@ class DetectorAnalysis(_Model):
 
 
 class Visible(_Model):
-    """For how long a pull would have been seen: an offset of the GPS that accelerates steadily."""
+    """Time in which a pull would have been seen: an offset of the GPS that accelerates steadily."""
 
     acceleration: float = Field(gt=0.0)
     """Acceleration in m/s²."""
@@ -126,11 +126,11 @@ class Analysis(_Model):
     policy: str
     """Policy of the fusion."""
     outcome: Outcome
-    """How the alerts compare with what is known of the attack."""
+    """Comparison of the alerts with what is known of the attack."""
     verdict: str
     """The outcome in one sentence."""
     not_judged: str | None
-    """Why nothing could have seen a carry-off; null if something could."""
+    """Reason why nothing could have seen a carry-off; null if something could."""
     alerts: tuple[Alert, ...]
     """All alerts. One is latched: it lasts to the end of the bag."""
     alarms: tuple[Alert, ...]
@@ -148,7 +148,7 @@ class Analysis(_Model):
     gps_late_s: float = Field(default=0.0, ge=0.0)
     """Seconds for which the GPS lagged by more than receivers do; a note gives by how much."""
     visible: Visible | None
-    """What a clean verdict is worth, see docs/analyze-a-log.md; null if `coast` could not tell."""
+    """Worth of a clean verdict, see docs/analyze-a-log.md; null if `coast` could not tell."""
     visible_steps: tuple[Visible, ...]
     """The same for pulls of other sizes."""
     spoof: Spoof | None
@@ -160,7 +160,7 @@ class Analysis(_Model):
     skipped: dict[str, int]
     """Number of messages that were left out, by reason."""
     notes: tuple[str, ...]
-    """What is odd about the sensors and their clocks, a sentence each."""
+    """Notes on the sensors and their clocks, a sentence each."""
 
 
 def schema_text() -> str:

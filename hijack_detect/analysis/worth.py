@@ -61,7 +61,7 @@ def visible_steps(watched: Watched) -> Iterator[Visible]:
 
 
 def not_judged(account: Account, watched: Watched, spans: Mapping[str, list[Span]]) -> str | None:
-    """Why nothing could have seen a carry-off, the first cause first; None if something could."""
+    """Reason why nothing could have seen a carry-off, the first cause; None if something could."""
     in_air_s = watched.in_air.seconds
     if (watched.in_air & watched.carry_off).seconds > LEAST * in_air_s:
         return None
@@ -88,7 +88,7 @@ def not_judged(account: Account, watched: Watched, spans: Mapping[str, list[Span
 
 
 def _on_the_ground(account: Account) -> str:
-    """What the vehicle did instead of flying."""
+    """Phase in which the vehicle was instead of flying."""
     if not account.phases:
         return "the IMU gives no phase of flight"
     phase, reason = max(account.phases, key=lambda key: account.phases[key])
@@ -96,7 +96,7 @@ def _on_the_ground(account: Account) -> str:
 
 
 def _main_reason(spans: Sequence[Span], in_air: Times) -> str:
-    """Why a detector could not tell in the air for the longest."""
+    """Most lasting reason why a detector could not tell in the air."""
     lasted: Counter[str] = Counter()
     for span in spans:
         if span.state not in JUDGED:
@@ -109,7 +109,7 @@ def _main_reason(spans: Sequence[Span], in_air: Times) -> str:
 
 
 def sensor_notes(account: Account, duration_s: float) -> Iterator[str]:
-    """What is odd about the sensors and their clocks."""
+    """Notes on the sensors and their clocks."""
     yield from account.inputs.notes(duration_s)
     if account.clock_rate is not None:
         yield f"{clock_words(account.clock_rate).capitalize()}: {UNCORRECTED}."
@@ -129,7 +129,7 @@ def lasting(complaint: Complaint) -> str:
 
 
 def clock_notes(found: Sequence[str]) -> Iterator[str]:
-    """What `ReceiverClock` found and took off the receiver's stamps, a sentence each."""
+    """Corrections of the receiver's stamps by `ReceiverClock`, a sentence each."""
     for what in found[:MOST_STEPS]:
         yield f"Clock of the receiver, {what}."
     if len(found) > MOST_STEPS:
@@ -137,5 +137,5 @@ def clock_notes(found: Sequence[str]) -> Iterator[str]:
 
 
 def _of_it(words: str) -> str:
-    """What is wrong with an IMU that the sentence has named already."""
+    """Fault of an IMU that the sentence has named already."""
     return re.sub("^the IMU ", "it ", words)

@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""What `hijack-detect analyze` shows on a terminal: one sentence, then a small table."""
+"""Output of `hijack-detect analyze` on a terminal: one sentence, then a small table."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""What the commands share: how they refuse input, find scenarios and show progress."""
+"""Shared by the commands: refusal of input, search of scenarios, progress bars."""
 
 from __future__ import annotations
 
@@ -122,7 +122,7 @@ def make_folder(path: Path) -> None:
 
 
 def share_folder() -> Path:
-    """Where the configuration, the launch files and the bags of this package are installed."""
+    """Folder of the installed configuration, launch files and bags."""
     try:
         from ament_index_python.packages import (  # noqa: PLC0415  there may be no ROS
             get_package_share_directory,

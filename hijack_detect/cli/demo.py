@@ -40,7 +40,7 @@ other programs."""
 
 @dataclass(frozen=True)
 class DemoOptions:
-    """What to show; None means the demonstration's own."""
+    """Flight and attack to show; None means the demonstration's own."""
 
     bag: Path | None
     scenario: str | None

@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""What the demonstration shows: a few live lines, then the timeline."""
+"""Output of the demonstration: a few live lines, then the timeline."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ WORDS = {
     State.ALARM: "{:.2f} alarm",
     State.STALE: "silent",
 }
-"""What stands for a state, with the margin; normal is the margin alone."""
+"""Words for a state, with the margin; normal is the margin alone."""
 
 
 COLUMNS = 3

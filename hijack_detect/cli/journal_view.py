@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""What the command `journal` prints."""
+"""Output of the command `journal`."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""Listens to the monitor and to the replay, as a mission manager would."""
+"""Subscriber of the monitor and the replay, as a mission manager is one."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Listener(Node):
         """The newest hijack_alert."""
         self.confidence = 0.0
         self.position_s = 0.0
-        """Where the replay is, seconds from the bag's first message."""
+        """Position of the replay, seconds from the bag's first message."""
         self.spoofed = False
         self.finished = False
         for name in DETECTORS:

@@ -58,7 +58,7 @@ class NodeProcesses:
         return {name: code for name, code in codes.items() if code is not None}
 
     def log(self, node: str) -> str:
-        """What a node has printed."""
+        """Output of a node."""
         return (self._logs / f"{node}.log").read_text(errors="replace")
 
     def __enter__(self) -> NodeProcesses:

@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""What the command `tune` prints, and the head of the file that it writes."""
+"""Output of the command `tune`, and the head of the file that it writes."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def print_tuning(tuning: Tuning, per_hour: float) -> None:
 
 
 def proof(hours: float, per_hour: float) -> str:
-    """What the length of the flights can show."""
+    """Rate that the length of the flights can show."""
     bound = Rate.of(0, hours).upper or 0.0
     text = f"{hours:.2f} h without an alarm show a rate below {bound:.2g}/h (95 %)"
     if bound <= per_hour:
@@ -89,7 +89,7 @@ def _lag(tuning: Tuning) -> str:
 
 
 def _noise(tuning: Tuning) -> list[str]:
-    """What was measured, which is only printed.
+    """Measurements that are only printed.
 
     In the filter these values made the tilt of simulated autopilot flights worse by 0 to 0.1°:
     its own stand for the errors of its model as well.

@@ -47,7 +47,7 @@ class Sent:
 
 
 Fault = Callable[[Sequence[Sent]], list[Sent]]
-"""What becomes of the messages of a flight."""
+"""Changes of the messages of a flight."""
 
 
 def flight(folder: Path, place: Place | None = None, spoofed_s: float | None = None) -> list[Sent]:

@@ -60,7 +60,7 @@ FIELDS = {
     "pressure": ("fluid_pressure",),
     "satellites": ("data",),
 }
-"""What can be changed, by input."""
+"""Fields that can be changed, by input."""
 
 
 def flown() -> list[tuple[str, Sample]]:

@@ -203,7 +203,7 @@ inputs:
     frame: NED
   satellites: {column: sats}
 """
-"""What the columns of `table` are."""
+"""Meaning of the columns of `table`."""
 
 
 def table(path: Path) -> Path:

@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""What is given random bytes: each takes them or refuses them, and does nothing else."""
+"""Targets of random bytes: each takes them or refuses them, and does nothing else."""
 
 from __future__ import annotations
 

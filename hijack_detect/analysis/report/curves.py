@@ -78,7 +78,7 @@ def lonely(curve: Curve) -> Curve:
 
 
 def emptiest_direction(angles: Array) -> float:
-    """Where a circle is cut best: the middle of the widest arc without any angle, degrees.
+    """Best cut of a circle: the middle of the widest arc without any angle, degrees.
 
     Args:
         angles: Degrees within [0, 360), NaN where unknown.
@@ -101,7 +101,7 @@ def cut_at(curve: Curve, cut: float) -> Curve:
 
 
 MARGIN, SCORE, THRESHOLD = "margin", "score", "threshold"
-"""What every verdict has, beside its values."""
+"""Numbers of every verdict, beside its values."""
 
 
 class Trace:

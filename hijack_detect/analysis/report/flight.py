@@ -197,7 +197,7 @@ def deviation_panel(done: Analysed) -> Panel | None:
 
 
 def quality_panels(done: Analysed, recorded: Recording) -> Iterator[Panel]:
-    """What the receiver claims of itself."""
+    """Quality figures of the receiver."""
     duration_s = done.analysis.duration_s
     figure = over_time(duration_s, 200)
     add_curve(figure, recorded.speed, "speed", BLUE, " m/s")

@@ -158,7 +158,7 @@ CONFIG = {
     "displaylogo": False,
     "modeBarButtonsToRemove": ["select2d", "lasso2d", "autoScale2d"],
 }
-"""How plotly.js shows each figure."""
+"""Configuration of plotly.js for each figure."""
 EVENTS_NOTE = "Attack and alert, and each time that a detector was suspicious, alarmed or silent."
 FOOTER = (
     "Made by hijack-detect {version}, policy {policy}. Times are seconds from the bag's first "

@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""What the figures show: figures of the verdicts, angles, tracks and the receiver's claims."""
+"""Data of the figures: values of the verdicts, angles, tracks and the receiver's claims."""
 
 from __future__ import annotations
 

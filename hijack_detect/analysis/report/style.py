@@ -173,7 +173,7 @@ MOST_LINEAR = 4.0
 """Larger margins are drawn on a logarithmic axis, so that 1 stays visible."""
 LIMIT_LINE = {"dash": "dash", "width": 1.2}
 LOWEST = 0.01
-"""Where a logarithmic axis begins."""
+"""Begin of a logarithmic axis."""
 
 
 def against_thresholds(

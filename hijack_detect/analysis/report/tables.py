@@ -87,13 +87,13 @@ def facts(analysis: Analysis) -> Iterator[str]:
 
 
 def causes(analysis: Analysis) -> Iterator[str]:
-    """Why there was an alert, a paragraph each."""
+    """Reasons of the alert, a paragraph each."""
     for alert in analysis.alerts:
         yield f'<p class="cause">Cause: {escape(alert.cause)}</p>'
 
 
 def notes(analysis: Analysis) -> Iterator[str]:
-    """What is odd about the sensors, as items of a list."""
+    """Notes on the sensors, as items of a list."""
     for note in analysis.notes:
         yield f"<li>{escape(note)}</li>"
 
@@ -129,7 +129,7 @@ def _facts(analysis: Analysis) -> Iterator[tuple[str, str]]:
 
 
 def key(done: Analysed) -> Iterator[str]:
-    """What the shades in the figures mean."""
+    """Legend of the shades in the figures."""
     if done.attack is not None:
         shade = f"background: {ATTACK_BAND}; outline: 1px solid {ATTACK}"
         yield f'<span><i style="{shade}"></i>attack</span>'

@@ -28,7 +28,7 @@ class Child:
         )
 
     def answer(self, timeout_s: float) -> Any:
-        """What it has printed.
+        """Output of the child.
 
         Raises:
             ChildError: It gave none in time, or ended with an error.

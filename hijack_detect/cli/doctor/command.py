@@ -62,7 +62,7 @@ def doctor(namespace: str, mavros: bool, no_dds: bool, clean: bool, as_json: boo
 
 
 def local_checks() -> dict[str, Check]:
-    """What is looked at without ROS, by name."""
+    """Checks that need no ROS, by name."""
     from hijack_detect.recording.parameters import RecorderParameters  # noqa: PLC0415  slow to load
 
     environment = dict(os.environ)
@@ -110,7 +110,7 @@ def look(namespace: str, *, mavros: bool) -> Iterator[Finding]:
 
 
 def _security(environment: Mapping[str, str]) -> Iterator[Finding]:
-    """Whether DDS security that is asked for is there; nothing where it is not asked for."""
+    """Check that requested DDS security is there; nothing where it is not requested."""
     if not is_asked_for(environment):
         return
     mend = "unset ROS_SECURITY_ENABLE, or see docs/security.md"

@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""What is expected of the inputs in the graph, and what it means where they are not there."""
+"""Expectations of the inputs in the graph, and the cost of missing ones."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ LEAST_HZ = {"imu": 45.0, "fix": 0.9, "velocity": 0.9}
 
 @dataclass(frozen=True)
 class Received:
-    """What was received of an input.
+    """Publishers, types and rate of an input.
 
     Attributes:
         publishers: Names of the nodes that publish it.
@@ -76,7 +76,7 @@ def inputs(
 
 
 def monitors(alerting: Sequence[str], clocked: Sequence[str], *, clock: bool) -> Iterator[Finding]:
-    """How many monitors run, and whether they have the time that they want.
+    """Check the number of monitors, and that they have their time.
 
     Args:
         alerting: Nodes that publish hijack_alert.

@@ -82,7 +82,7 @@ def _kinds(node: Node, topic: str) -> list[str]:
 
 
 def _on_simulated_time(node: Node, names: Sequence[str]) -> list[str]:
-    """Those of the nodes whose use_sim_time is true."""
+    """Nodes whose use_sim_time is true."""
     answers: dict[str, bool] = {}
     clients = {name: node.create_client(GetParameters, f"{name}/get_parameters") for name in names}
     for name, client in clients.items():

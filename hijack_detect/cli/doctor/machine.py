@@ -38,7 +38,7 @@ class _Timex(ctypes.Structure):
 
 
 def clock() -> Iterator[Finding]:
-    """Whether the clock can be right, is kept right, and is fine enough."""
+    """Check that the clock can be right, is kept right, and is fine enough."""
     now_s = time.time()
     if now_s < RELEASED_S:
         text = time.strftime("is at %Y-%m-%d, before this program was made", time.gmtime(now_s))
@@ -60,7 +60,7 @@ def clock() -> Iterator[Finding]:
 
 
 def processors(governors: Path = GOVERNORS) -> Iterator[Finding]:
-    """How many there are, how busy, and whether they save power."""
+    """Check number and load of the cores, and whether they save power."""
     cores, load = len(os.sched_getaffinity(0)), os.getloadavg()[0]
     text = f"{cores} cores, load {load:.1f}"
     if load > cores:
@@ -80,7 +80,7 @@ def processors(governors: Path = GOVERNORS) -> Iterator[Finding]:
 
 
 def disk(folder: Path) -> Iterator[Finding]:
-    """Whether the recorder can write into its folder, and has room."""
+    """Check that the recorder can write into its folder, and has room."""
     place = folder.expanduser()
     while not place.exists() and place != place.parent:
         place = place.parent
@@ -96,7 +96,7 @@ def disk(folder: Path) -> Iterator[Finding]:
 
 
 def sockets(limit: Path = BUFFER) -> Iterator[Finding]:
-    """Only where the buffer of UDP is smaller than that of any Linux."""
+    """Check that the buffer of UDP is no smaller than the default of Linux."""
     if limit.is_file() and (size := int(limit.read_text())) < SMALL_BUFFER:
         text = f"net.core.rmem_max is {size}: bursts of an IMU over UDP may be lost"
         yield Finding("UDP", Level.WARN, text, f"sudo sysctl -w net.core.rmem_max={SMALL_BUFFER}")

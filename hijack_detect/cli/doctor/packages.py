@@ -22,7 +22,7 @@ WHEELS, TEST = "wheels", "test"
 
 
 def python() -> Iterator[Finding]:
-    """Whether this Python is one that the package takes."""
+    """Check that the package supports this Python."""
     version = ".".join(map(str, sys.version_info[:3]))
     wanted = _metadata()["Requires-Python"] or ""
     if SpecifierSet(wanted).contains(version):
@@ -53,7 +53,7 @@ def dependencies() -> Iterator[Finding]:
 
 
 def requirements() -> tuple[list[Requirement], dict[str, list[Requirement]]]:
-    """What this installation needs: always, and for each extra."""
+    """Requirements of this installation: always, and for each extra."""
     metadata = _metadata()
     lines = [Requirement(line) for line in metadata.get_all("Requires-Dist") or ()]
     always = [one for one in lines if _applies(one, "")]
@@ -95,7 +95,7 @@ def share(folder: Path, prefixes: str) -> Iterator[Finding]:
 
 
 def installation(environment: Mapping[str, str]) -> Iterator[Finding]:
-    """Whether ROS comes from wheels or from a sourced installation, and not from both."""
+    """Check that ROS comes from wheels or from a sourced installation, and not from both."""
     wheels = from_wheels()
     distro = environment.get("ROS_DISTRO", "")
     here = Path(sysconfig.get_path("purelib"))
@@ -138,7 +138,7 @@ def _applies(one: Requirement, extra: str) -> bool:
 
 
 def _problem(one: Requirement) -> str:
-    """What is wrong with what is installed, behind the requirement; empty if nothing is."""
+    """Problem of an installed package, behind the requirement; empty without one."""
     try:
         version = importlib.metadata.version(one.name)
     except importlib.metadata.PackageNotFoundError:

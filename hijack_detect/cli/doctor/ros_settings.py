@@ -23,7 +23,7 @@ PROFILES = ("FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_DEFAULT_PROFILES_FILE")
 
 
 def domain(environment: Mapping[str, str], ports: Path = PORT_RANGE) -> Iterator[Finding]:
-    """Whether ROS_DOMAIN_ID is one, and has ports that nothing else takes."""
+    """Check that ROS_DOMAIN_ID is one, and has ports that nothing else takes."""
     given = environment.get("ROS_DOMAIN_ID", "")
     what = "ROS_DOMAIN_ID"
     mend = f"export {what}=0, or another number up to {SAFE_DOMAIN}, the same for all processes"
@@ -45,7 +45,7 @@ def domain(environment: Mapping[str, str], ports: Path = PORT_RANGE) -> Iterator
 
 
 def discovery(environment: Mapping[str, str]) -> Iterator[Finding]:
-    """Which processes this one discovers."""
+    """Check which processes this one discovers."""
     reach = environment.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "")
     old = environment.get("ROS_LOCALHOST_ONLY", "")
     what = "discovery"
@@ -66,7 +66,7 @@ def discovery(environment: Mapping[str, str]) -> Iterator[Finding]:
 
 
 def profiles(environment: Mapping[str, str]) -> Iterator[Finding]:
-    """Whether the profiles of Fast DDS that are asked for are there."""
+    """Check that the configured profiles of Fast DDS exist."""
     for variable in PROFILES:
         path = environment.get(variable, "")
         if path and Path(path).is_file():
@@ -77,7 +77,7 @@ def profiles(environment: Mapping[str, str]) -> Iterator[Finding]:
 
 
 def middleware(environment: Mapping[str, str]) -> Iterator[Finding]:
-    """Whether the library of the RMW that is asked for can be found."""
+    """Check that the library of the configured RMW can be found."""
     name = environment.get("RMW_IMPLEMENTATION", "") or "rmw_fastrtps_cpp"
     library = f"lib{name}.so"
     folders = [Path(one) for one in environment.get("LD_LIBRARY_PATH", "").split(":") if one]

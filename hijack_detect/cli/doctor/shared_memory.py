@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""What Fast DDS leaves in shared memory when a process is killed.
+"""Leftovers of Fast DDS in shared memory after a process was killed.
 
 Each segment and each port has a lock file (_el exclusive, _sl shared) that its owners keep locked
 with flock. A lock that is free has no owner left: `fastdds shm clean` decides the same way.

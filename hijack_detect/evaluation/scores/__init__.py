@@ -1,2 +1,2 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""How good each method was on many flights."""
+"""Scores of each method on many flights."""

@@ -40,7 +40,7 @@ DEFINITIONS = {
     "Intervals": "Proportions: 95 %, Clopper and Pearson, exact. Rates: one-sided 95 % upper "
     "bound, Poisson, exact.",
 }
-"""What the figures mean."""
+"""Meaning of the figures."""
 
 EXPLAINED = {
     **{part.name: part.asks for part in (BASELINE, *PARTS) if part.asks},
@@ -48,7 +48,7 @@ EXPLAINED = {
     "both": f"{' and '.join(PUBLISHED)} have both alarmed (Feng 2018, §5)",
     "fusion": "the monitor's alert",
 }
-"""What the methods are."""
+"""Description of the methods."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ def error_table(evaluation: Evaluation) -> TextTable:
 
 
 def detection_table(evaluation: Evaluation) -> TextTable:
-    """How soon each method detects."""
+    """Time to detect of each method."""
     columns = ("method", "detected", "time to detect, s", "deviation at alarm, m")
     rows = [
         (
@@ -100,7 +100,7 @@ def detection_table(evaluation: Evaluation) -> TextTable:
 
 
 def class_table(evaluation: Evaluation) -> TextTable | None:
-    """How soon each method detects the attacks of each class, None unless there are several."""
+    """Time to detect of each method in each class, None unless there are several."""
     attacked = [flight for flight in evaluation.flights if flight.onset_s is not None]
     kinds = tuple(dict.fromkeys(flight.kind for flight in attacked))
     if len(kinds) < 2:
@@ -123,7 +123,7 @@ def class_table(evaluation: Evaluation) -> TextTable | None:
 
 
 def flight_table(evaluation: Evaluation) -> TextTable:
-    """What every method did on every flight."""
+    """Result of every method on every flight."""
     columns = ("flight", "class", "onset, s", *evaluation.methods)
     rows = [
         (
@@ -160,7 +160,7 @@ def spread(value: Spread | None) -> str:
 
 
 def outcome_text(outcome: MethodOutcome) -> str:
-    """What a method achieved on a flight, and when it alarmed."""
+    """Result of a method on a flight, and when it alarmed."""
     word = outcome.judgement.value
     if outcome.time_to_detect_s is not None:
         return f"{word} +{outcome.time_to_detect_s:.1f} s"

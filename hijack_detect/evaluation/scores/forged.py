@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""How plausible forged GPS data are: Table 4 of Basan et al. 2022, for every parameter."""
+"""Plausibility of forged GPS data: Table 4 of Basan et al. 2022, for every parameter."""
 
 from __future__ import annotations
 

@@ -37,11 +37,11 @@ BASELINE = own_part(InsPosition)
 PUBLISHED_KLD = dataclasses.replace(own_part(KldDetector), name="kld_faithful")
 """The published KLD beside the hardened one, for Basan's experiment."""
 PAPER = FusionParameters(policy="paper")
-"""How `both` decides."""
+"""Parameters of the method `both`."""
 
 
 class Judgement(enum.Enum):
-    """What a method achieved on one flight."""
+    """Judgement of a method on one flight."""
 
     QUIET = "quiet"
     """Clean flight, no alarm: correct."""
@@ -63,7 +63,7 @@ class Judgement(enum.Enum):
 
 
 class MethodOutcome(Model):
-    """What one method did on one flight; times in seconds from the flight's first message.
+    """Outcome of one method on one flight; times in seconds from the flight's first message.
 
     Attributes:
         judgement: What it achieved.
@@ -278,7 +278,7 @@ def _score(trace: Trace, attack: Attack | None) -> float:
 
 
 def _within(trace: Trace, attack: Attack | None) -> npt.NDArray[np.bool_]:
-    """Which stamps lie within the attack; all of them without one."""
+    """Mask of the stamps within the attack; all of them without one."""
     wanted = np.ones(len(trace.stamps_ns), dtype=np.bool_)
     if attack is not None:
         wanted = trace.stamps_ns >= attack.onset_ns

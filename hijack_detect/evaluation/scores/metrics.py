@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""How good a method was on many flights, with intervals."""
+"""Scores of a method on many flights, with intervals."""
 
 from __future__ import annotations
 

@@ -45,7 +45,7 @@ class TimedCause(Model):
 
 
 class FlightWatch(Model):
-    """How a flight was watched while it was clean: all of it, or until an attack or a fault.
+    """Coverage of a flight while it was clean: all of it, or until an attack or a fault.
 
     Attributes:
         counted: Whether an alert would be false; not if the time from which it is right is unknown.
@@ -125,7 +125,7 @@ def watch(
 
 
 class GroupWatch(Model):
-    """How the flights of a class or of a vehicle were watched.
+    """Coverage of the flights of a class or of a vehicle.
 
     Attributes:
         flights: How many there are.

@@ -22,7 +22,7 @@ EXPLAINED = {
     f"{', '.join(name for name, one in WEIGHTS.items() if one.sees_carry_off)}.",
     "Not judged": "Flights in which none of them could tell in the air.",
 }
-"""What the columns mean."""
+"""Meaning of the columns."""
 
 
 def watch_tables(evaluation: Evaluation) -> Iterator[TextTable]:

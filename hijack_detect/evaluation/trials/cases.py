@@ -49,7 +49,7 @@ class Case(Protocol):
 
     @property
     def name(self) -> str:
-        """What it is called in reports."""
+        """Name in reports."""
         ...
 
     @property
@@ -146,7 +146,7 @@ class BagCase:
             yield reader
 
     def attack_on(self, reader: BagReader) -> Attack | None:
-        """What is known of an attack: from the scenario, the folder's label, or the bag.
+        """Known attack: from the scenario, the folder's label, or the bag.
 
         Raises:
             BagError: The label beside the bag cannot be used, or the bag is damaged.

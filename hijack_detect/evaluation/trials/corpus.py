@@ -19,7 +19,7 @@ from hijack_detect.spoofing.scenario import Scenario
 
 UNLABELLED = "unlabelled"
 LABELS = "labels.json"
-"""What is known of all flights of a folder."""
+"""File with the labels of all flights of a folder."""
 CLASSES = {"hijack": HIJACKED}
 """Kinds of labels that are called otherwise here."""
 

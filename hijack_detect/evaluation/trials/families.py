@@ -24,7 +24,7 @@ REPLAYED_S = 30.0
 TURN_DEG, TURN_RATE = 60.0, 15.0
 """The turn away: degrees, degrees/s. Chosen, not swept."""
 CLIMB_GAIN = 0.5
-"""How fast a ramp of altitude builds up, m/s². Chosen, not swept."""
+"""Acceleration of a ramp of altitude, m/s². Chosen, not swept."""
 WATCHED_S = 20.0
 """The latest onset lies this long before the flight's end. Chosen, not swept."""
 SETTLED_S = 20.0
@@ -154,7 +154,7 @@ def step(height_m: float) -> Size:
 
 
 def replay() -> Size:
-    """What was true half a minute before, or from the first message on."""
+    """Track of half a minute before, or from the first message on."""
     return Size(
         f"{REPLAYED_S:g} s before",
         lambda rng, onset_s: {"type": "replay", "from_s": max(0.0, onset_s - REPLAYED_S)},

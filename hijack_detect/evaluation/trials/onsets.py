@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""Where to attack a recorded flight: seeded onsets in forward flight, which no detector chose."""
+"""Seeded onsets in forward flight, for attacks on recorded flights."""
 
 from __future__ import annotations
 

@@ -129,7 +129,7 @@ class Named(Protocol):
 
     @property
     def name(self) -> str:
-        """What it is called in reports."""
+        """Name in reports."""
         ...
 
 
@@ -143,7 +143,7 @@ class Failure:
 
 @dataclass(frozen=True)
 class Pool:
-    """Where items are worked on, and where the results are kept.
+    """Workers for items, and the folder of their results.
 
     Attributes:
         jobs: How many processes of this machine; with 1 everything runs in this one.

@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""What the estimators put out over one flight, so that detectors can be run on it again."""
+"""Outputs of the estimators over one flight, so that detectors can be run on it again."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""How large a carry-off must be to be seen: drift speed against onset acceleration."""
+"""Map of the carry-offs that are seen: drift speed against onset acceleration."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from hijack_detect.spoofing.scenario import Scenario, parse_scenario
 SPEEDS = (0.5, 1.0, 2.0, 4.0, 8.0)
 """Final speeds of the drift, m/s."""
 ACCELERATIONS = (0.1, 0.2, 0.4, 0.8, 1.6, 3.2)
-"""How fast the drift gathers speed, m/s²."""
+"""Acceleration of the drift, m/s²."""
 FLIGHTS = 6
 """Flights in each cell at scale 1, the same in every cell."""
 FIRST_SEED = 50_000
@@ -30,7 +30,7 @@ ATTACK_S = 40.0
 
 @dataclass(frozen=True)
 class Cell:
-    """What one method made of one size of attack.
+    """Result of one method for one size of attack.
 
     Attributes:
         method: The method.

@@ -131,7 +131,7 @@ def _map(panel: Axes, cells: Sequence[Cell]) -> AxesImage:
 
 
 def _chance(cells: Sequence[Cell], method: str) -> str:
-    """How often the method alarms in the same time without an attack."""
+    """Share of alarms of the method in the same time without an attack."""
     for cell in cells:
         if cell.method == method and cell.speed == 0.0:
             return f"without attack: {cell.detected.count}/{cell.detected.total}"

@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""How correct the methods are against one parameter (Feng et al. 2018, Figures 16 and 17)."""
+"""Correctness of the methods against one parameter (Feng et al. 2018, Figures 16 and 17)."""
 
 from __future__ import annotations
 

@@ -44,7 +44,7 @@ Chosen, not swept."""
 
 @dataclass(frozen=True)
 class Alarms:
-    """What one detector did on a clean flight.
+    """Alarms of one detector on a clean flight.
 
     Attributes:
         judged_s: Seconds in which it could tell.
@@ -241,7 +241,7 @@ def _first_kept(tunable: Tunable, kept: Callable[[int], bool]) -> float | None:
 
 
 def safety_factor(tunable: Tunable, detector: str, flights: Sequence[FlightAlarms]) -> float:
-    """How much a threshold must grow to keep quiet on flights that it was not chosen on.
+    """Factor by which a threshold must grow to keep quiet on flights that it was not chosen on.
 
     The flights are split in halves at random, many times. The quantile of 95 % of the ratio of
     the halves' smallest quiet thresholds is the factor by which a threshold from one half
