@@ -29,6 +29,7 @@ WINDOW = 10
 VALUES = 50
 """Values in one trial: 10 s."""
 RATE_HZ = 5
+"""Rate of the simulated receiver (docs/simulator.md)."""
 
 
 def satellites(case: SimulatedCase) -> np.ndarray:

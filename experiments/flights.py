@@ -40,6 +40,7 @@ from hijack_detect.streams.samples import NANOSECONDS
 
 SCENARIO = Path(__file__).parent.parent / "config/scenarios/turn_away_track.yaml"
 ATTACK_S = 30.0
+"""As in the experiment of Feng 2018."""
 POLICY = "paper"
 CLEAN = "| flight | s | correlation alarms | DATE alarms | alert at s |\n|---|---|---|---|---|"
 ATTACKED = (

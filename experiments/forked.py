@@ -30,6 +30,7 @@ from hijack_detect.streams.samples import (
 )
 
 HORIZON_S = 60.0
+"""Time for which an attack is followed. Chosen, not swept."""
 GPS = (FixSample, VelocitySample, SatelliteSample)
 """Samples that an attack can change."""
 

@@ -43,6 +43,7 @@ RATES = (100.0, 50.0, 25.0, 20.0, 15.0, 10.0, 5.0, 2.0)
 DETECTORS = ("coast", "date", "drag", "correlation", "heading", "altitude")
 """Those that use the IMU or the attitude."""
 ONSETS, WATCHED_S, LONGEST_S = 4, 22.0, 330.0
+"""Chosen, not swept."""
 MOVING = 1.5
 """m/s: onsets lie between the first and the last time that the vehicle is faster. Chosen, not
 swept."""

@@ -25,9 +25,11 @@ from hijack_detect.streams.samples import (
 SPEED = 4.0
 """m/s that a carry-off builds up to. Chosen, not swept."""
 REACH_M = 60.0
+"""Separation at which a carry-off ends. Chosen, not swept."""
 FEW_WITHOUT_FIX, FEW = 3, 5
 """Satellites at most: a fix needs four."""
 POORER = 4.0
+"""Factor of the claimed accuracy. Chosen, not swept."""
 VELOCITY_NOISE, VELOCITY_TIME_S = 0.5, 1.0
 """Errors of a jammed receiver's velocity on each axis, m/s, and their time: Gauss-Markov."""
 POSITION_TIME_S = 17.0

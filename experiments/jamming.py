@@ -55,6 +55,7 @@ from hijack_detect.streams.samples import (
 from tools.documents import markdown
 
 LENGTHS_S = (0, 5, 15, 30, 60)
+"""Lengths of the jamming. Chosen, not swept."""
 INPUTS = (*ORDER[:-1], "satellites", "fix")
 DISPLACED_M = 10.0
 """A jump within what a receiver may be off that has just found its fix."""

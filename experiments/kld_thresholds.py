@@ -32,6 +32,7 @@ from hijack_detect.simulation.plan import FlightPlan
 from hijack_detect.streams.samples import Sample
 
 SEED, FLIGHTS = 90_000, 100
+"""Chosen: no protocol has these seeds."""
 INPUTS = ("fix", "velocity", "satellites")
 MODES = {
     "faithful": policy_parameters("paper").of(KldParameters),

@@ -41,6 +41,7 @@ from hijack_detect.streams.samples import Sample
 from tools.documents import markdown
 
 REACH_M = 60.0
+"""Length of a drift before which it has to be found. Chosen, not swept."""
 MULTIPLES = (0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.35, 1.5, 1.75, 2.0)
 SEEN, UNSEEN = 1.2, 0.8
 """Of drifts of this multiple nine tenths are to be found, and at most half: the promise of

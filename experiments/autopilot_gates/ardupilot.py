@@ -49,6 +49,7 @@ POSNE_M_NSE, VELNE_M_NSE, VELD_M_NSE, ALT_M_NSE = 0.5, 0.3, 0.5, 2.0
 POS_ACC_SCALE, VEL_NE_ACC_SCALE, VEL_D_ACC_SCALE = 0.05, 0.05, 0.07
 GLITCH_RAD_M = 25.0
 RETRY_USE_VEL_S, RETRY_NO_VEL_S, HEIGHT_RETRY_S = 10.0, 7.0, 10.0
+"""All of these are defaults of ArduPilot, see above."""
 
 
 def pooled_ratio(innovation: Array, variance: Array, gate: float) -> float:

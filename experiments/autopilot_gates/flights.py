@@ -31,9 +31,11 @@ from hijack_detect.streams.samples import NANOSECONDS
 
 GATES: Mapping[str, type[GateFilter]] = {"PX4": Px4Filter, "ArduPilot": ArduPilotFilter}
 ONSETS = 10
+"""Chosen, not swept."""
 NO_ATTACK = "no attack"
 SIMULATED_ATTACK = "drift 0.4 m/s² to 4 m/s"
 SIMULATED_ATTACK_S = 30.0
+"""Chosen, not swept."""
 
 
 @dataclass

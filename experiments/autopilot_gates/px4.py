@@ -46,6 +46,7 @@ GPS_P_NOISE, GPS_V_NOISE, BARO_NOISE = 0.5, 0.3, 2.0
 VERTICAL = 1.5
 RESET_TIMEOUT_S, HEIGHT_TIMEOUT_S = 7.0, 5.0
 BARO_BIAS_NSD = 0.13
+"""All of these are defaults of PX4, see above."""
 
 
 def worst_ratio(innovation: Array, variance: Array, gate: float) -> float:

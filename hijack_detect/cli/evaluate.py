@@ -32,6 +32,7 @@ BASAN = "basan2022"
 PROTOCOLS = ("feng2018", "feng2018_noisy", BASAN, "limits", "hard")
 PAGE = "index.html"
 ONSETS = 5
+"""Chosen, not swept; the default of `--onsets`."""
 
 
 @click.command()

@@ -153,6 +153,7 @@ state; only normal, suspicious and alarm judge the GPS.</p>
 
 
 MOST_EVENTS = 200
+"""Rows of a table. Chosen, not swept."""
 CONFIG = {
     "responsive": True,
     "displaylogo": False,

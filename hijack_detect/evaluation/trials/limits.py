@@ -28,6 +28,7 @@ FIRST_SEED, SEEDS_OF_A_CLASS = 60_000_000, 10_000
 FLIGHTS = 30
 """Flights of each class at scale 1; each of the two clean classes has half as many."""
 MAX_SCALE = 200
+"""Bound of the seeds of one class, see SEEDS_OF_A_CLASS."""
 ROUTES = ("straight", "curved")
 ATTACK_S = 40.0
 """Least route left after the onset; the attack itself does not end. Chosen, not swept."""
