@@ -22,11 +22,11 @@ FREE_TEXT = ("folder", "further_detectors", "further_weights", "model", "scenari
 
 @dataclass(frozen=True)
 class Example(Parameters):
-    gain: float = param(1.0, "A gain.", unit="m", low=0.0, high=2.0)
-    count: int = param(3, "A count.", low=1)
-    name: str = param("one", "A name.", choices=("one", "two"))
-    on: bool = param(True, "A switch.")
-    free: float = param(0.0, "Without bounds.")
+    gain: float = param(1.0, "A gain.", source="a test", unit="m", low=0.0, high=2.0)
+    count: int = param(3, "A count.", source="a test", low=1)
+    name: str = param("one", "A name.", source="a test", choices=("one", "two"))
+    on: bool = param(True, "A switch.", source="a test")
+    free: float = param(0.0, "Without bounds.", source="a test")
 
 
 def test_defaults_and_values() -> None:
@@ -83,6 +83,11 @@ def test_a_set_cannot_be_changed() -> None:
         Example().gain = 1.5  # type: ignore[misc]
 
 
+def test_an_integrator_sets_about_25_of_the_monitors_parameters() -> None:
+    fields = [field for part in PARTS for field in dataclasses.fields(part.parameters)]
+    assert 20 <= sum(field.metadata["basic"] for field in fields) <= 30
+
+
 @given(st.floats(0.0, 2.0))
 def test_everything_within_the_bounds_is_taken(gain: float) -> None:
     assert Example(gain=gain).gain == gain
@@ -96,6 +101,7 @@ def test_every_declared_parameter_says_what_it_means_and_has_bounds(
     for field in dataclasses.fields(kind):
         meta = field.metadata
         assert meta["doc"].endswith("."), field.name
+        assert meta["source"] and not meta["source"].endswith("."), field.name
         if isinstance(field.default, float):
             assert meta["low"] < meta["high"], field.name
             assert meta["low"] <= field.default <= meta["high"], field.name

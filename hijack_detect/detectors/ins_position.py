@@ -35,6 +35,7 @@ class InsPositionParameters(Parameters):
         "Largest horizontal distance between the dead-reckoned and the reported position that is "
         "normal. The paper gives none; an offset b of the acceleration alone exceeds it after "
         "sqrt(2 · 10 / b), 20 s at 0.05 m/s².",
+        source="chosen, not swept; Feng 2018 gives none",
         unit="m",
         low=0.1,
         high=100_000.0,
@@ -43,6 +44,7 @@ class InsPositionParameters(Parameters):
         1.0,
         "A GPS velocity older than this does not start the dead reckoning; then it comes from "
         "the last two fixes.",
+        source="chosen, not swept",
         unit="s",
         low=0.1,
         high=60.0,

@@ -142,6 +142,7 @@ class Engine:
             ValueError: Two of them have an input of one name from different topics.
         """
         self._nodes = {node.part.name: node for node in nodes}
+        self._order = {name: -row for row, name in enumerate(self._nodes)}
         self._readers: dict[str, list[PartNode[Any]]] = defaultdict(list)
         for node in nodes:
             for name in node.stage.component.inputs:
@@ -252,9 +253,11 @@ class Engine:
         return None
 
     def _publish(self, outputs: Sequence[tuple[str, Any]]) -> None:
-        for part, output in outputs:
+        for part, _ in outputs:
             for reader in self._readers.get(part, ()):
                 reader.note(part)
+        # What decides most goes out first: the alert does not wait for the verdicts behind it.
+        for part, output in sorted(outputs, key=lambda one: self._order[one[0]]):
             self._nodes[part].publish(output)
         while self._monitor.clock.said:
             first = next(iter(self._nodes.values()))
