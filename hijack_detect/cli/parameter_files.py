@@ -142,9 +142,8 @@ def _meaning(field: dataclasses.Field[Any], default: Any) -> str:
     if meta["low"] is not None:
         facts.append(f"{meta['low']:g} to {meta['high']:g} {meta['unit']}".rstrip())
     facts.append(f"default {json.dumps(default)}")
-    source = f" Source: {meta['source']}." if meta["source"] else ""
     basic = "BASIC. " if meta["basic"] else ""
-    return f"{basic}{meta['doc']} [{'; '.join(facts)}]{source}"
+    return f"{basic}{meta['doc']} Source: {meta['source']}. [{'; '.join(facts)}]"
 
 
 def _comment(text: str, indent: int) -> str:

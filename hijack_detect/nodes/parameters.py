@@ -80,7 +80,7 @@ def descriptor(field: dataclasses.Field[Any], *, read_only: bool) -> ParameterDe
     """Description, unit and bounds of a field, as `ros2 param describe` shows them."""
     meta = field.metadata
     unit = f" [{meta['unit']}]" if meta["unit"] else ""
-    source = f" Source: {meta['source']}." if meta["source"] else ""
+    source = f" Source: {meta['source']}."
     result = ParameterDescriptor(
         description=meta["doc"] + unit + source, read_only=read_only or meta["fixed"]
     )
