@@ -18,9 +18,9 @@ RATE_HORIZONS = 4
 """The vertical velocity is summed over the first horizons; its own bias shows in the last."""
 SPEED_ALLOWANCE_M = 3.0
 FREEZE_MARGIN = 0.5
-"""From this margin on the reference stays where it is."""
+"""From this margin on the reference stays where it is. Chosen, not swept."""
 REFERENCE_S = 60.0
-"""Time constant of the reference, within its largest rate."""
+"""Time constant of the reference, within its largest rate. Chosen, not swept."""
 KEPT_NS = 3 * NANOSECONDS
 """Pressures older than this have no fix left to belong to."""
 MAX_GAP_S = 2.0
@@ -32,7 +32,7 @@ flights outages take up to 70 s, and a barometer moves by a metre or two meanwhi
 LAG_NS = 2 * NANOSECONDS
 """A sluggish receiver's height is behind by as long: filters of old single-frequency receivers."""
 LEVEL_M = 1.0
-"""A barometer's noise moves by less within LAG_NS in level flight."""
+"""A barometer's noise moves by less within LAG_NS in level flight. Chosen, not swept."""
 SETTLE_S = 60.0
 """A receiver that moved on the ground is judged so long after: the longest horizon."""
 

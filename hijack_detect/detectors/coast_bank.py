@@ -16,6 +16,7 @@ from hijack_detect.estimation.rotation import Array
 AXES = 2
 """East and North; the vertical is the altitude detector's."""
 TINY = 1e-9
+"""Keeps the information of an onset invertible before its first measurement."""
 GROWTH: Mapping[Source, Callable[[Array], Array]] = {
     Source.POSITION: lambda age: 0.5 * age**2,
     Source.VELOCITY: lambda age: age,

@@ -274,9 +274,9 @@ KNOWN_TURN = 0.35
 """Speed times standard deviation of the heading, m/s, of the flights that the limit was set on: it
 holds for an error of the velocity up to this."""
 RELEASE = 0.8
-"""Parameters that are kept are given up below this share of the limit."""
+"""Parameters that are kept are given up below this share of the limit. Chosen, not swept."""
 LOADS = (4.0, 20.0)
-"""m/s²; outside, the vehicle falls or tumbles."""
+"""m/s²; outside, the vehicle falls or tumbles. Chosen, not swept."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,11 +14,11 @@ from hijack_detect.estimation.rotation import Array, matrices
 from hijack_detect.streams.samples import NANOSECONDS, AttitudeSample
 
 CONFIRM_S = 2.0
-"""A change of phase must last this long."""
+"""A change of phase must last this long. Chosen, not swept."""
 MEMORY_S = 60.0
-"""What shaking is usual is the mean over about this time in the air."""
+"""What shaking is usual is the mean over about this time in the air. Chosen, not swept."""
 STANDING_SPEED = 0.7
-"""m/s; a GPS reports less when the vehicle stands."""
+"""m/s; a GPS reports less when the vehicle stands. Chosen, not swept."""
 
 
 class FlightPhase:
@@ -61,7 +61,7 @@ class FlightPhase:
 
 
 JITTER_S = 0.05
-"""A block is full when it is short of its length by no more than this."""
+"""A block is full when it is short of its length by no more than this. Chosen, not swept."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -303,7 +303,7 @@ CLOCK_RATE = "clock_rate"
 LATER = "later_s"
 """Value: growth of the GPS's latency, where position and velocity would contradict without it."""
 BELOW_ALARM = 0.99
-"""Largest margin outside of flight."""
+"""Largest margin outside of flight. Chosen, not swept."""
 
 
 class GnssSanityDetector:

@@ -154,15 +154,16 @@ class HeadingParameters(Parameters):
 
 
 EVALUATE_NS = NANOSECONDS // 5
-"""Verdicts are given this often."""
+"""Verdicts are given this often. Chosen, not swept."""
 SMOOTH_NS = NANOSECONDS
 """The compass is averaged over this time: a magnetometer is noisy, and the dip multiplies it."""
 GLITCH_NS = NANOSECONDS // 2
-"""Readings that are off for less than this are single glitches."""
+"""Readings that are off for less than this are single glitches. Chosen, not swept."""
 AFTER_NS = 5 * NANOSECONDS
-"""How long the estimator must agree with the compass at the start, and again after an anomaly."""
+"""How long the estimator must agree with the compass at the start, and again after an anomaly.
+Chosen, not swept."""
 BELOW_ALARM = 0.99
-"""Largest margin of the course alone, which never alarms."""
+"""Largest margin of the course alone, which never alarms. Chosen, not swept."""
 
 
 @dataclass

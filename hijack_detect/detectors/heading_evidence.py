@@ -14,14 +14,14 @@ from hijack_detect.estimation.motion import GpsMotion, Motion
 from hijack_detect.streams.samples import NANOSECONDS, FixSample, VelocitySample
 
 WINDOW_S, BEFORE_S = 2.0, 10.0
-"""The course is judged over the former against the latter, the time before."""
+"""The course is judged over the former against the latter, the time before. Chosen, not swept."""
 FOLLOW_SIGMA_DEG, FOLLOW_OFFSET_DEG = 8.0, 45.0
 """What the nose may be off the course in that time: standard deviation and mean."""
 KEPT_NS = 2 * NANOSECONDS
 """Noses older than this belong to no GPS sample that is still to come."""
 NO_VELOCITY_S = MAX_GAP_S = 2.0
 """Without a GPS velocity for this long the course comes from the fixes, if no two of them are as
-far apart."""
+far apart. Chosen, not swept."""
 
 
 class NoseCourse:
@@ -93,10 +93,12 @@ class NoseCourse:
 
 SWING_S = 45.0
 """The compass is watched over this time. A disturbance also misleads the estimator's gyroscope
-bias, which turns its heading for half a minute after the compass is right again."""
+bias, which turns its heading for half a minute after the compass is right again.
+Chosen, not swept."""
 
 SWING_GAIN = 2.0
-"""The estimator overshoots a compass that swings and comes back by up to this factor."""
+"""The estimator overshoots a compass that swings and comes back by up to this factor.
+Chosen, not swept."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,8 @@ from hijack_detect.estimation.learning import LearnedLevel
 from hijack_detect.streams.samples import NANOSECONDS, FixSample
 
 VERTICAL_OF_HORIZONTAL = 1.7
-"""Vertical over horizontal deviation of a receiver under an open sky (VDOP over HDOP)."""
+"""Vertical over horizontal deviation of a receiver under an open sky (VDOP over HDOP).
+Chosen, not swept."""
 GOOD_SHARE = 0.6
 POOR_CLAIM = 3.0
 """Of recorded receivers those that claim less than 7.5 m changed by 0.1 to 0.8 of it within a
@@ -20,7 +21,8 @@ PROVED_NS = 80 * NANOSECONDS
 """A receiver is worth no more than its claim until a wander of a minute would have been learnt:
 the longest horizon, and `learning.LEVEL_DELAY_S`."""
 CEILING_OF_CLAIM = 2.0
-"""What a receiver may be seen to wander by is bounded by so many times its claim."""
+"""What a receiver may be seen to wander by is bounded by so many times its claim.
+Chosen, not swept."""
 
 
 def claimed_height(fix: FixSample) -> float | None:

@@ -11,6 +11,7 @@ from dataclasses import astuple, dataclass, fields
 from hijack_detect.detectors.verdict import Verdict
 
 SMALLEST_MARGIN = 0.01
+"""Keeps the logarithm finite; far below the margin where any ratio has its floor."""
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from hijack_detect.detectors.verdict import State
 from hijack_detect.streams.samples import NANOSECONDS
 
 LONGEST_SAMPLE_NS = NANOSECONDS // 10
-"""A sample after a gap stands for no longer than this."""
+"""A sample after a gap stands for no longer than this. Chosen, not swept."""
 
 
 class Persistence:

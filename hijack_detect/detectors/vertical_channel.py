@@ -20,6 +20,7 @@ from hijack_detect.estimation.rotation import Array, rotate, up_component
 from hijack_detect.streams.samples import NANOSECONDS, AttitudeSample, FixSample, VelocitySample
 
 MAX_GAP_NS = NANOSECONDS // 4
+"""After a longer gap in the attitude the vertical force is lost. Chosen, not swept."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,9 +115,9 @@ class VerticalForce:
 
 
 HEIGHT_NOISE = 0.7
-"""m, of a fix on the next."""
+"""m, of a fix on the next. Chosen, not swept."""
 VELOCITY_NOISE = 0.25
-"""m/s."""
+"""m/s. Chosen, not swept."""
 NO_VELOCITY = 1e4
 """m/s: noise of a velocity that was not given."""
 WANDER_M, WANDER_S = 4.0, 60.0
@@ -126,10 +127,12 @@ WORST_WANDER_M = 8.0
 INITIAL_BIAS = 0.3
 """m/s², standard deviation."""
 HISTORY_S = 20.0
-"""Scatter is learnt from innovations older than this, so never from those under test."""
+"""Scatter is learnt from innovations older than this, so never from those under test.
+Chosen, not swept."""
 GROW_S, SHRINK_S = 40.0, 200.0
 """The scatter grows faster than it shrinks: a calm minute on the ground says little of flight."""
 MAX_SCALE = 3.0
+"""Largest growth of the velocity limits with the scatter. Chosen, not swept."""
 MAX_INTERVAL_S = 2.0
 RECENT = 25
 """Intervals whose strongest manoeuvre widens the velocity limits: 5 s at 5 Hz."""
@@ -138,7 +141,7 @@ NOISE_RECENT = 10
 CALM_MANOEUVRE = 0.5
 """m/s²: specific force is off gravity by less in calm flight."""
 FROZEN_MARGIN = 0.7
-"""From this margin on nothing is learnt of the scatter."""
+"""From this margin on nothing is learnt of the scatter. Chosen, not swept."""
 ACCELERATION, VELOCITY, RATE, STEP = range(4)
 """Offsets: an acceleration; a velocity; a height that moves without the velocity; a jump."""
 SIGNATURES = 4

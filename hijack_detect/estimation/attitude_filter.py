@@ -47,20 +47,21 @@ MakeFilter: TypeAlias = Callable[[Quaternion, Array, ProcessNoise], Ekf]
 """Attitude (FLU → ENU), standard deviations of the error state and process noise to a filter."""
 
 OUTAGE_STEP_NS = NANOSECONDS // 2
-"""Without GPS the filter still moves on in steps of this length."""
+"""Without GPS the filter still moves on in steps of this length. Chosen, not swept."""
 
 INITIAL_SIGMAS = np.array([10.0] * 3 + [1.0] * 3 + [0.1, 0.1, math.pi] + [0.15] * 3 + [0.01] * 3)
 """Standard deviations of the first error state: m, m/s, rad, m/s² and rad/s."""
 MAG_REFUSED_NS = 30 * NANOSECONDS
 """Longest time without the magnetometer: then the filter may be the one that is wrong."""
 VERTICAL_LOST_NS = 5 * NANOSECONDS
-"""Longest time without height and vertical velocity before the climb is taken to be small."""
+"""Longest time without height and vertical velocity before the climb is taken to be small.
+Chosen, not swept."""
 USUAL_CLIMB = 3.0
 """m/s: standard deviation of the climb of a drone of which nothing is known."""
 RESTART_SIGMAS = np.array([3.0] * 3 + [1.0] * 3)
 """Standard deviations of position and velocity when they are taken from the GPS afresh."""
 LONGEST_BRIDGE_S = 30.0
-"""A longer gap in the IMU may be another flight."""
+"""A longer gap in the IMU may be another flight. Chosen, not swept."""
 BRIDGE_SIGMAS = np.array([1000.0] * 3 + [20.0] * 3)
 """The same after a gap: anything."""
 BRIDGE_TILT = 0.2
@@ -78,7 +79,8 @@ than an attack in straight ones."""
 LATEST_NS = round(MOST_GROWTH_S * NANOSECONDS)
 """The filter runs later than the nominal lag by this at most."""
 LOST_HEADING = math.radians(40.0)
-"""Beyond this the heading is looked for in all directions again, unless a compass says it."""
+"""Beyond this the heading is looked for in all directions again, unless a compass says it.
+Chosen, not swept."""
 
 
 class AttitudeFilter:

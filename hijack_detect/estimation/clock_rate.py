@@ -13,7 +13,7 @@ from hijack_detect.streams.samples import NANOSECONDS, FixSample, VelocitySample
 WINDOW_S = 2.0
 """Positions and velocities are compared over this: long against their noise and lags."""
 MAX_GAP_S = 1.0
-"""A window with a longer gap between velocities is not used."""
+"""A window with a longer gap between velocities is not used. Chosen, not swept."""
 MOVING = 1.0
 """m/s: at less speed the noise of velocities decides the ratio."""
 LEAST_WINDOWS, MOST_WINDOWS = 10, 100
@@ -23,10 +23,11 @@ LEAST_RATIO = 0.03
 LEAST_OFF = 0.025
 """Receivers measure once in 1/n s, to better than 1 % (those flights: 0.1 %, one 0.9 %)."""
 AGREE = 0.05
-"""The two ways to see the rate agree this well."""
+"""The two ways to see the rate agree this well. Chosen, not swept."""
 KEPT_FIXES = 200
 JITTER = 0.25
-"""Stamps jitter by less of an interval (10 to 20 ms of 0.2 s); what is further off is a gap."""
+"""Stamps jitter by less of an interval (10 to 20 ms of 0.2 s); what is further off is a gap.
+Chosen, not swept."""
 
 
 class ClockRateCheck:

@@ -40,9 +40,9 @@ from hijack_detect.streams.samples import (
 )
 
 LEVEL_S = 0.5
-"""Roll and pitch start from the mean specific force over this time."""
+"""Roll and pitch start from the mean specific force over this time. Chosen, not swept."""
 MAX_STEP_S = 0.2
-"""The covariance moves on at least this often."""
+"""The covariance moves on at least this often. Chosen, not swept."""
 MAX_GAP_S = 1.0
 """After a longer gap in the IMU data everything begins afresh: the gyroscope lost its turn."""
 LEARN_S = 60.0
@@ -50,7 +50,8 @@ LEARN_S = 60.0
 REALIGN_S = 60.0
 """A field that has been refused for this long is the new field, or the gyroscope is wrong."""
 BIAS_LIMIT = 0.05
-"""rad/s; a gyroscope bias of more than 3°/s is a broken sensor, or a compass that misleads."""
+"""rad/s; a gyroscope bias of more than 3°/s is a broken sensor, or a compass that misleads.
+Chosen, not swept."""
 INITIAL_SIGMAS = np.array([0.1, 0.1, math.pi] + [0.01] * 3)
 """Standard deviations of the first error state: rad and rad/s."""
 ALIGN_SIGMA = 0.2

@@ -21,7 +21,7 @@ from hijack_detect.estimation.rotation import Array
 from hijack_detect.parameters import param
 
 SMALLEST_DRAG = 0.02
-"""1/s; no filter believes less, where a wind would be infinite."""
+"""1/s; no filter believes less, where a wind would be infinite. Chosen, not swept."""
 
 
 def drag_force(air: Array, drag: float, quadratic: float) -> tuple[Array, Array, Array]:
@@ -43,7 +43,7 @@ def drag_force(air: Array, drag: float, quadratic: float) -> tuple[Array, Array,
 HUBER = 2.0
 """Residuals beyond so many standard deviations count linearly: gusts and bad samples."""
 MEMORY_S = 30.0
-"""The residual is that of about so long."""
+"""The residual is that of about so long. Chosen, not swept."""
 
 
 FORCE = 0.08
@@ -164,6 +164,7 @@ class ForceNoise:
 WIND, DRAG, QUADRATIC, BIAS = slice(0, 2), 2, 3, slice(4, 6)
 """Where the state holds what."""
 ITERATIONS = 3
+"""Of the update about its own solution. Chosen, not swept."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,8 @@ from hijack_detect.estimation.rotation import heading
 HEADINGS = 8
 """Filters that a bank starts with, 45° apart: each finds its way from ±30° of the truth."""
 PRUNE_NATS = 12.0
-"""A filter this much less likely than the best is dropped (a ratio of 160,000)."""
+"""A filter this much less likely than the best is dropped (a ratio of 160,000).
+Chosen, not swept."""
 SAME_RAD = math.radians(15.0)
 """Filters whose headings have come this close follow the same motion: the likelier is kept."""
 

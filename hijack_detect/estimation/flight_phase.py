@@ -28,23 +28,27 @@ EVALUATE_NS = NANOSECONDS // 5
 WINDOW_NS = NANOSECONDS
 """Deviations of the IMU are over this time, or over `LEAST_SAMPLES` where that is longer."""
 LEAST_SAMPLES = 8
+"""Of a window that is judged. Chosen, not swept."""
 LONGEST_NS = 8 * NANOSECONDS
 CONFIRM_NS = 2 * NANOSECONDS
 """A change of phase needs evidence for this long: longer than a bump, shorter than a climb."""
 KEEP_NS = 30 * NANOSECONDS
 """After a longer gap in the IMU the phase is unknown: batteries are changed in a minute."""
 FRESH_NS = 2 * NANOSECONDS
-"""GPS and barometer older than this say nothing."""
+"""GPS and barometer older than this say nothing. Chosen, not swept."""
 STILL_SPEED, STILL_CLIMB = 1.0, 0.4
 """m/s: a vehicle on the ground shows less by GPS and by barometer (measured: 0.1 to 0.7, 0.1)."""
 REFERENCE_S = 30.0
-"""Time constant of the height of the ground, which follows a barometer that warms up."""
+"""Time constant of the height of the ground, which follows a barometer that warms up.
+Chosen, not swept."""
 REST_S, FLIGHT_S = 10.0, 60.0
-"""Time constants of the usual deviations at rest and in flight."""
+"""Time constants of the usual deviations at rest and in flight. Chosen, not swept."""
 SHARE = 0.3
-"""At rest a deviation is nearer than this share (of the logarithms) to what it is at rest."""
+"""At rest a deviation is nearer than this share (of the logarithms) to what it is at rest.
+Chosen, not swept."""
 APART = 2.0
-"""A deviation tells rest from flight if it is this many times larger in flight."""
+"""A deviation tells rest from flight if it is this many times larger in flight.
+Chosen, not swept."""
 REST = (0.01, 0.05)
 """rad/s and m/s²: deviations at rest before any was seen, of the quietest recorded vehicle."""
 DISTURBED = 0.03
@@ -55,7 +59,8 @@ ASSUME_NS = 20 * NANOSECONDS
 """A vehicle that shakes upright for this long is taken to fly where no barometer says how high it
 is, or where the monitor has just started, perhaps in a hover."""
 STEADY = math.cos(math.radians(20.0))
-"""Mean lean over a second in a hover or a slow flight; a vehicle in a hand leans more."""
+"""Mean lean over a second in a hover or a slow flight; a vehicle in a hand leans more.
+Chosen, not swept."""
 LEAN, LYING = math.cos(math.radians(35.0)), math.cos(math.radians(60.0))
 """The specific force of a vehicle that flies is along its z axis: thrust or lift. Further off, and
 as large as gravity, it hangs in a hand or lies on its side."""
@@ -63,7 +68,7 @@ SLOW = 3.0
 """m/s: aerobatics are faster, and hands slower."""
 LANDED_M, LANDED_SHARE = 3.0, 0.5
 """A vehicle higher over its take-off than this, and than this share of the flight's height, has
-not landed, however quiet its hover is."""
+not landed, however quiet its hover is. Chosen, not swept."""
 LOW_M, SINKING = 1.5, -0.2
 """A landing: lower than this over the take-off, climbing at less than this, m/s, for 1 s."""
 TOUCH = 2.0
@@ -74,9 +79,11 @@ STOPPED = 0.125
 """After such a bump the vehicle stands when its angular velocity deviates by less than this share
 of the usual one of the flight. Recorded with idling motors: 0.05 to 0.1."""
 HANDLED_NS = 6 * NANOSECONDS
-"""Take-offs show their height within this time; a vehicle that turns for longer is in a hand."""
+"""Take-offs show their height within this time; a vehicle that turns for longer is in a hand.
+Chosen, not swept."""
 HAND_NS = 10 * NANOSECONDS
-"""For this long after it hung in a hand or lay, a take-off takes twice the evidence."""
+"""For this long after it hung in a hand or lay, a take-off takes twice the evidence.
+Chosen, not swept."""
 EARTH_M = 6_371_000.0
 """Mean radius of the Earth, for speeds."""
 

@@ -12,18 +12,19 @@ from hijack_detect.estimation.ekf import GRAVITY
 from hijack_detect.streams.samples import NANOSECONDS, ImuSample, Phase, Vector3
 
 SHORT_NS = 2 * NANOSECONDS
-"""Vibration and clipping are judged over this time."""
+"""Vibration and clipping are judged over this time. Chosen, not swept."""
 LONG_S = 10.0
 """The mean specific force is judged over this time constant: no vehicle accelerates for longer."""
 RATE_NS = 4 * NANOSECONDS
-"""The rate is counted over this time."""
+"""The rate is counted over this time. Chosen, not swept."""
 HELD_NS = 10 * NANOSECONDS
 """A fault is kept for this long after its last evidence: a filter that used such samples needs as
 long to recover."""
 SLOWEST_HZ = 15.0
-"""Of slower samples the differences are those of manoeuvres."""
+"""Of slower samples the differences are those of manoeuvres. Chosen, not swept."""
 BURSTY = 3.0
-"""Samples come in bursts when the mean interval is this many times the median, but for one gap."""
+"""Samples come in bursts when the mean interval is this many times the median, but for one gap.
+Chosen, not swept."""
 PILE_UP, LEAST_REPEATS = 3, 3
 """Readings pile up at a limit: this many times as many as of the next value, and at least this
 many."""

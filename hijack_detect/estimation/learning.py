@@ -20,7 +20,7 @@ PRIOR = 1.0
 MAX_STEP_S = 1.0
 """A gap between two samples counts as this at most."""
 KNOWN_S = 30.0
-"""Time of values from which on the scale is known."""
+"""Time of values from which on the scale is known. Chosen, not swept."""
 
 
 class Delayed(Generic[T]):
@@ -169,7 +169,7 @@ START = 2.5
 STARTED_NS = 10 * NANOSECONDS
 """Time in motion after which it counts as started."""
 NEEDED_NS = 30 * NANOSECONDS
-"""Time in motion before the limits tighten."""
+"""Time in motion before the limits tighten. Chosen, not swept."""
 RISE_PER_S = 0.005
 """The part grows no faster: from a tenth to the whole in three minutes."""
 QUICK_RISE_PER_S = 0.02
@@ -177,7 +177,8 @@ QUICK_RISE_PER_S = 0.02
 an attacker who wants to be somewhere else goes one way and trains nothing by it."""
 FALL_PER_S = 0.05
 FORGET_PER_S = 1.0 / 300.0
-"""The largest level seen is forgotten at this relative rate, per second in motion."""
+"""The largest level seen is forgotten at this relative rate, per second in motion.
+Chosen, not swept."""
 
 
 class LearnedLevel:

@@ -32,7 +32,8 @@ def sensor_patience() -> Any:
 
 
 SILENCE_S = 2.0
-"""An input without a sample for this long, on its own stamps, has had an outage."""
+"""An input without a sample for this long, on its own stamps, has had an outage.
+Chosen, not swept."""
 SKEW_S = 1.0
 """After an outage the samples of this time are left out: whether they arrive before the other
 inputs have moved on is a matter of luck."""
@@ -42,7 +43,7 @@ CLOCKS = ("imu", "attitude")
 """Inputs that tell when the clock behind all stamps was set back: they have the stamps of the
 IMU, which no attacker of the receiver can reach."""
 SET_BACK_S = 0.1
-"""The stamps of CLOCKS never run back so far for another reason."""
+"""The stamps of CLOCKS never run back so far for another reason. Chosen, not swept."""
 SENSOR_PATIENCE_S = SILENCE_S + SKEW_S
 """How long to wait for a sensor that has gone silent, on the stamps of the other inputs."""
 

@@ -42,13 +42,14 @@ WATCHED_AT_START_NS = 3 * NANOSECONDS // 2
 GIVEN_UP_NS = 5 * NANOSECONDS // 2
 """What is not clear by then is left as it is: the merges wait for 3 s."""
 STEADY_NS = 600_000_000
-"""The ages of stamps on one level differ by less; those of a backlog that is worked off do not."""
+"""The ages of stamps on one level differ by less; those of a backlog that is worked off do not.
+Chosen, not swept."""
 MOST_HELD = 200
 GAP_NS = 3 * NANOSECONDS // 4
 """After a gap this long no merge waits for what is held here: it is left out."""
 KEPT = 15
 ENOUGH = 3
-"""Intervals between stamps of an input from which its usual one is known."""
+"""Intervals between stamps of an input from which its usual one is known. Chosen, not swept."""
 WHOLE_NS = 50_000_000
 """A step this close to whole seconds is one, as leap seconds, time zones and weeks are; of uneven
 stamps one within twice their deviation."""
@@ -56,7 +57,7 @@ FAR = 50
 """Intervals beyond which their errors add up to more than arrival tells."""
 AGREE_NS = SMALLEST_NS
 LEAP_NS = 300_000_000
-"""A reference that leaps by this had a hole, or was set itself."""
+"""A reference that leaps by this had a hole, or was set itself. Chosen, not swept."""
 
 Passed: TypeAlias = tuple[str, Any, Any]
 """Input, sample, and what was handed over with it."""

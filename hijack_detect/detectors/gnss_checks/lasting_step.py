@@ -20,7 +20,7 @@ from hijack_detect.streams.samples import NANOSECONDS, Vector3
 LONG_S = 6.0
 """A step just beyond the limit must last for so long: reflections end within some seconds."""
 SHORT_S = 1.0
-"""One of LARGE times the limit or more only for so long."""
+"""One of LARGE times the limit or more only for so long. Chosen, not swept."""
 LARGE = 1.4
 CLAIMED = 1.5
 """The limit is at least so many times what the receiver claims for a standard deviation. Clean
@@ -28,7 +28,8 @@ flights of receivers that claim 3.3 m or more, where it counts: 0.7."""
 MOST_CLAIMED_M = 5.0
 """A claim beyond this does not count: what claims it may be the attacker."""
 SHOWN = 2.5
-"""The limit is at least so many times the largest step of this receiver's past."""
+"""The limit is at least so many times the largest step of this receiver's past.
+Chosen, not swept."""
 MOST = 2.0
 """Nor is it ever above so many times its lowest, whatever is claimed or was shown."""
 FORGET_PER_S = 1.0 / 300.0
@@ -36,7 +37,7 @@ FORGET_PER_S = 1.0 / 300.0
 SETTLED_NS = 10 * NANOSECONDS
 """Only so long after a gap: a receiver that has lost its fix comes back with another error."""
 PENDING = 0.9
-"""Largest margin of a step that has not lasted."""
+"""Largest margin of a step that has not lasted. Chosen, not swept."""
 
 
 @dataclass(frozen=True, slots=True)

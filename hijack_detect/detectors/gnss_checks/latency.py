@@ -23,7 +23,7 @@ FORGET_PER_S = 1.0 / 600.0
 short by 0.1 to 0.3 s, and by up to 1.3 s on quad106 and vancouver, where they disagree with the
 velocities."""
 MOVING = 2.0
-"""m/s; slower, the noise of a step is no time."""
+"""m/s; slower, the noise of a step is no time. Chosen, not swept."""
 BLIND_S, BLIND_PERIODS = 0.5, 1.5
 """A step without a velocity for longer than both says nothing of latency: the trapezoid over a
 brake from 12 to 3 m/s in a hole of 3 s is 1.5 s wrong."""
@@ -34,10 +34,11 @@ CLIP_JITTERS, CLIP_PERIOD = 3.0, 0.01
 """An interval moves the mean as if it were off by at most so many mean deviations, or this part of
 the period if that is more: a growth early in a flight would else count as a longer period."""
 MAX_INTERVAL_S = 2.0
-"""A longer interval is an outage, and says nothing of the period or the latency."""
+"""A longer interval is an outage, and says nothing of the period or the latency.
+Chosen, not swept."""
 NEAR = 0.3
 """An interval within this part of the period counts for the period. One further off is a lost fix
-or a backlog."""
+or a backlog. Chosen, not swept."""
 CHANGED = 0.2
 """If the median of the last PERIODS intervals is off the period by more than this part of it, the
 receiver has another rate, and its period is learnt anew. A growing latency changes it by GROWTH."""

@@ -51,7 +51,7 @@ REPEATS, REPEAT_NS = 3, 5 * NANOSECONDS
 """So many jumps within this time are an alarm: a reflection comes and goes, it does not hop."""
 APART_NS = NANOSECONDS // 10
 GAP_S, GAP_TIMES = 0.5, 2.5
-"""A gap is longer than this, and than so many times the step before."""
+"""A gap is longer than this, and than so many times the step before. Chosen, not swept."""
 STRIDE = 4.0 / 3.0
 """Limit over 1 s against the limit of one step: the noise of several fixes."""
 
@@ -173,6 +173,7 @@ class JumpCheck:
 
 
 SUSPICIOUS_PART = 0.8
+"""Of the limit, SUSPICIOUS from there on. Chosen, not swept."""
 
 
 class SpeedCheck:

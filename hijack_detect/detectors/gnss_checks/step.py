@@ -20,7 +20,7 @@ from hijack_detect.streams.samples import (
 MAX_AGE_NS = NANOSECONDS
 """A velocity older than this says nothing of a fix, and a count nothing either."""
 MAX_EXTRAPOLATION_S = 2.0
-"""A step over a longer time is not extrapolated."""
+"""A step over a longer time is not extrapolated. Chosen, not swept."""
 
 
 class Track:
@@ -105,7 +105,7 @@ ZERO: Vector3 = (0.0, 0.0, 0.0)
 RANK = (State.NORMAL, State.SUSPICIOUS, State.ALARM)
 """States of findings, those that claim more last."""
 WINDOW_NS = 11 * NANOSECONDS // 10
-"""A jump in several smaller steps over 1 s counts as one."""
+"""A jump in several smaller steps over 1 s counts as one. Chosen, not swept."""
 
 
 @dataclass(frozen=True, slots=True)

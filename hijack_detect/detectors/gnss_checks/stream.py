@@ -14,9 +14,10 @@ from hijack_detect.streams.samples import NANOSECONDS, Vector3
 MIN_REPEATS = 3
 MOVING = 0.5
 """m/s. A position in steps of 1 cm or less does not repeat at this speed, one sample a second
-or faster."""
+or faster. Chosen, not swept."""
 STOPPED_FROM = 1.0
-"""m/s. A receiver that holds its position does so only when it is slower than this."""
+"""m/s. A receiver that holds its position does so only when it is slower than this.
+Chosen, not swept."""
 
 
 class FreezeCheck:
@@ -76,6 +77,7 @@ class FreezeCheck:
 
 
 SUSPICIOUS_FROM = 2
+"""Stamps that repeat or jump within `stamps_in_s`. Chosen: a single one is a hiccup."""
 KEPT = 64
 STEP_MARGIN = 0.5
 """Of a step of the receiver's time. A leap second, a week that rolls over or GPS time for UTC is no
@@ -148,7 +150,7 @@ class StampsCheck:
 REVERSALS, REVERSAL_NS = 4, 3 * NANOSECONDS
 PAIR_NS = 3 * NANOSECONDS // 2
 APART_M = 2.0
-"""Tracks nearer to each other than this are not told apart."""
+"""Tracks nearer to each other than this are not told apart. Chosen, not swept."""
 
 
 class PublishersCheck:
@@ -179,7 +181,7 @@ class PublishersCheck:
 
 VARIATION_NS = 5 * NANOSECONDS
 MOST = 0.9
-"""Margin of a figure that may only be SUSPICIOUS."""
+"""Margin of a figure that may only be SUSPICIOUS. Chosen, not swept."""
 
 
 class _Variation:

@@ -22,9 +22,10 @@ from hijack_detect.streams.samples import NANOSECONDS, Vector3
 
 HORIZONS_S = (2.0, 5.0, 10.0, 20.0)
 MAX_GAP_S = 2.0
-"""After a gap in fixes or velocities of this length everything starts over."""
+"""After a gap in fixes or velocities of this length everything starts over. Chosen, not swept."""
 MOVING = 2.0
-"""m/s; at rest a receiver is better, and worse while it starts, than in flight."""
+"""m/s; at rest a receiver is better, and worse while it starts, than in flight.
+Chosen, not swept."""
 WITHOUT_CLIMB = math.sqrt(2.0)
 """What is learnt is the larger of two differences; where only the horizontal one is known, the
 limit is this much wider: the mean of the larger of two half-normal values over that of one."""
