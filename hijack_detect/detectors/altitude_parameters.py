@@ -68,7 +68,7 @@ class AltitudeParameters(Parameters):
     height_sigmas: float = param(
         3.5,
         "A change of the difference between GPS height and barometer within 1 to 60 s is normal "
-        "up to so many standard deviations.",
+        "up to this many standard deviations.",
         source="chosen, not swept",
         low=1.0,
         high=20.0,
@@ -83,7 +83,7 @@ class AltitudeParameters(Parameters):
     )
     baro_gain: float = param(
         2.75,
-        "The part is so many times the largest change of the flight's past.",
+        "The part is this many times the largest change of the flight's past.",
         source="measured: each vehicle left out (docs/detection-limits.md)",
         low=1.0,
         high=20.0,
@@ -191,7 +191,7 @@ class AltitudeParameters(Parameters):
     )
     max_bias: float = param(
         1.0,
-        "The learnt vertical bias stays within this, whatever the GPS says.",
+        "The learnt vertical bias stays within this, whatever the GPS reports.",
         source="chosen, not swept",
         unit="m/s²",
         low=0.05,

@@ -25,7 +25,7 @@ KEPT_NS = 3 * NANOSECONDS
 """Pressures older than this have no fix left to belong to."""
 MAX_GAP_S = 2.0
 """After a longer gap in fixes or pressures everything is compared from then on: a receiver that
-comes back settles anew."""
+comes back settles again."""
 LONGEST_OUTAGE_NS = 120 * NANOSECONDS
 """The reference from before an outage of the receiver alone is worth something for as long: on real
 flights outages take up to 70 s, and a barometer moves by a metre or two meanwhile."""
@@ -34,12 +34,12 @@ LAG_NS = 2 * NANOSECONDS
 LEVEL_M = 1.0
 """A barometer's noise moves by less within LAG_NS in level flight. Chosen, not swept."""
 SETTLE_S = 60.0
-"""A receiver that moved on the ground is judged so long after: the longest horizon."""
+"""A receiver that moved on the ground is judged this long after: the longest horizon."""
 
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """What one comparison says.
+    """The finding of one comparison.
 
     `margin` is 1 at the limit. `text` names the test that decides, with figures.
     """
@@ -84,7 +84,7 @@ class _Past:
 class BarometerCheck:
     """Compares changes of GPS height with those of the barometer over 1 to 60 s, and in total.
 
-    What is normal over a horizon says `HeightError`, from what receiver and barometer of this
+    `HeightError` gives what is normal over a horizon, from what receiver and barometer of this
     flight are worth. More is normal where the vehicle climbed or changed its speed.
     The reference of the total is the mean of the last seconds before the flight. It follows slowly,
     at most `reference_rate`, and not at all while anything is suspicious.

@@ -172,7 +172,7 @@ class CoastDetector:
             self._filter = None
             return
         if ekf is not self._filter:
-            # After a gap the noise is known, and the filter's own covariance says what it can see.
+            # After a gap the noise is known, and the filter's own covariance shows what it can see.
             if self._estimator.bridged == self._bridged:
                 self._since_ns = stamp_ns
             self._filter = ekf

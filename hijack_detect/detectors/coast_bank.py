@@ -131,12 +131,12 @@ class CoastBank:
 
 
 SLACK_S = 0.15
-"""A run may fall short of its span by so much: onsets begin with a fix."""
+"""A run may fall short of its span by this much: onsets begin with a fix."""
 
 
 @dataclass(frozen=True, slots=True)
 class Sustained:
-    """What a whole run of successive onsets says.
+    """The score of a run of successive onsets.
 
     Attributes:
         score: The least within the run.
@@ -163,7 +163,7 @@ def sustained(age_s: Array, score: Array, deviation: Array, span_s: float) -> Su
         span_s: Length of a run, s.
 
     Returns:
-        None as long as the onsets do not span a run.
+        None while the onsets do not span a run.
     """
     younger = age_s[:, None] - age_s[None, :]
     inside = (younger >= 0.0) & (younger <= span_s)

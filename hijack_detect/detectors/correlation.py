@@ -203,9 +203,9 @@ class CorrelationDetector:
         return self._evaluate(sample)
 
     def _silence(self, stamp_ns: int) -> Verdict | None:
-        """Without courses nothing is evaluated: then this says so, once a second.
+        """Without courses nothing is evaluated: then this reports it, once a second.
 
-        What was held through the gap says nothing, so the windows start over.
+        What was held through the gap is no evidence, so the windows start over.
         """
         lost = self._watch.lost(stamp_ns)
         if lost is None:
@@ -292,10 +292,10 @@ class CorrelationDetector:
         """Algorithm 2 as one number that exceeds 1 exactly when both conditions hold."""
         p = self._parameters
         direction = difference_deg / p.mu_deg
-        told = f"|Δavg| {difference_deg:.1f}° (μ {p.mu_deg:g}°)"
+        direction_text = f"|Δavg| {difference_deg:.1f}° (μ {p.mu_deg:g}°)"
         if coefficient is None:
             if self._follow is None:
-                return 0.0, f"no turn to correlate, {told}"
-            return direction, f"no turn, {told}"
+                return 0.0, f"no turn to correlate, {direction_text}"
+            return direction, f"no turn, {direction_text}"
         trend = (1.0 - coefficient) / (1.0 - p.epsilon)
-        return min(trend, direction), f"ρ {coefficient:.2f} (ε {p.epsilon:g}), {told}"
+        return min(trend, direction), f"ρ {coefficient:.2f} (ε {p.epsilon:g}), {direction_text}"

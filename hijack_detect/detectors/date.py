@@ -72,7 +72,7 @@ class DateParameters(Parameters):
     )
     settle_s: float = param(
         20.0,
-        "NOT_READY until that RMS is learnt from so much flight.",
+        "NOT_READY until that RMS is learnt from this much flight.",
         source="chosen, not swept",
         unit="s",
         low=1.0,
@@ -293,7 +293,7 @@ class DateDetector:
         return max(p.least_limit, p.noise_gain * max(one.value for one in self._noises))
 
     def _unable(self, stamp_ns: int) -> tuple[State, str] | None:
-        """State and reason if nothing can be said."""
+        """State and reason if the GPS cannot be judged."""
         p = self._parameters
         if not len(self._window) or self._covered_ns < FULL * self._window_ns:
             return State.NOT_READY, f"less than {p.window_s:g} s of attitude and GPS velocity"

@@ -97,7 +97,7 @@ class DragParameters(Parameters):
     least_limit: float = param(
         3.7,
         "Change of wind that is normal in any weather. Take it from clean flights of the vehicle, "
-        "windy ones among them. A gust front of this size cannot be told from an attack.",
+        "windy ones among them. A gust front of this size looks like an attack.",
         source="measured: clean recorded flights (docs/detection-limits.md)",
         basic=True,
         unit="m/s",
@@ -131,7 +131,7 @@ class DragParameters(Parameters):
     )
     prior_change: float = param(
         5.0,
-        "A change of wind is expected to be about this large; what the flight does not tell stays "
+        "A change of wind is expected to be about this large; what the flight does not show stays "
         "within it.",
         source="chosen, not swept",
         unit="m/s",
@@ -427,7 +427,7 @@ class DragDetector:
         return self._judge(stamp, reference, change)
 
     def _unusable(self, block: FlightBlock) -> str | None:
-        """Why a block says nothing about drag, if so."""
+        """Why a block cannot be used for drag, if so."""
         p = self._parameters
         if self._phase.air_s == 0.0:
             return "on the ground, or not yet in motion"

@@ -22,7 +22,7 @@ STANDING_SPEED = 0.7
 
 
 class FlightPhase:
-    """Motion says that it flies; standing and no shaking of motors, that it has landed.
+    """Motion means flight; standing without the shaking of motors means landed.
 
     A hover shakes as motion does, so it goes on flying; a vehicle that was never in motion is on
     the ground.
@@ -66,7 +66,7 @@ JITTER_S = 0.05
 
 @dataclass(frozen=True, slots=True)
 class FlightBlock:
-    """One block and what tells the phase of flight.
+    """One block, and the measures of the phase of flight.
 
     Attributes:
         air: What the filter uses.

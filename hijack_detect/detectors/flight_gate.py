@@ -59,7 +59,7 @@ class FlightGate:
         return 0.0 if since is None else max(0, stamp_ns - since) / NANOSECONDS
 
     def blocked(self, stamp_ns: int) -> tuple[State, str] | None:
-        """State and reason where nothing can be said of the GPS; None where the gate is open."""
+        """State and reason where the GPS cannot be judged; None where the gate is open."""
         last = self._fresh(stamp_ns)
         if last is None:
             return None

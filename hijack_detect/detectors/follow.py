@@ -15,7 +15,7 @@ class FollowsCourse:
 
     Comparing yaw with course presumes that the vehicle flies where its nose points. A pilot who
     flies sideways or backwards breaks that, and so does a multirotor that stops. The time before
-    the window says whether it holds, and how large the crab angle is.
+    the window shows whether it holds, and how large the crab angle is.
     """
 
     def __init__(

@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""Fuses the detectors' verdicts into one alert; `fusion_decisions` says when."""
+"""Fuses the detectors' verdicts into one alert; `fusion_decisions` decides when."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from hijack_detect.estimation.receiver_health import POOR, poor_words
 from hijack_detect.streams.samples import NANOSECONDS
 
 SILENT_S = 2.0
-"""All inputs have stopped when no detector says anything for so long: one with a lost input says so
+"""All inputs have stopped when no detector publishes for this long: one with a lost input does so
 every second, after 1.5 s (see `input_watch`)."""
 
 
@@ -56,7 +56,7 @@ class FusionResult:
     overdue: tuple[str, ...] = ()
     """Detectors that have been getting ready for far too long."""
     silent_s: float | None = None
-    """Seconds for which nothing has come, by the clock, where that is all there is to say."""
+    """Seconds for which nothing has come, by the clock, where nothing else is known."""
     advisory: frozenset[str] = field(default=frozenset(), repr=False)
     """Detectors whose silence takes nothing from the monitor."""
 
@@ -67,7 +67,7 @@ class FusionResult:
 
     @property
     def claim(self) -> float:
-        """What `hijack_confidence` says: NaN where nothing is known of the GPS.
+        """The value of `hijack_confidence`: NaN where nothing is known of the GPS.
 
         What is left of the confidence would read as if all were well; NaN is smaller than no limit,
         and larger than none.
@@ -75,7 +75,7 @@ class FusionResult:
         return self.confidence if self.alert or self.state in JUDGED else math.nan
 
     def silent(self, seconds: float) -> FusionResult:
-        """What remains of this when no detector has said anything for so long since.
+        """What remains of this when no detector has published for this long since.
 
         An alert stays, and none comes. The stamp stays too: nothing is known of any later one.
         """
@@ -92,13 +92,15 @@ class FusionResult:
 
     @property
     def reason(self) -> str:
-        """What led to the alert, or what every detector says now, beginning with who is missing."""
+        """What led to the alert, or the state of every detector, missing ones first."""
         if self.cause:
             return self.cause
-        told = _told(list(self.detectors.values()))
+        states = _states(list(self.detectors.values()))
         if self.state is State.STALE and not self.degraded:
-            return f"all inputs had stopped, and nobody can tell again yet: {told}"
-        return f"DEGRADED, without {', '.join(self.degraded)}: {told}" if self.degraded else told
+            return f"all inputs had stopped, and nobody can tell again yet: {states}"
+        return (
+            f"DEGRADED, without {', '.join(self.degraded)}: {states}" if self.degraded else states
+        )
 
 
 class Fusion:
@@ -129,7 +131,7 @@ class Fusion:
     def reset(self) -> None:
         """Take the alert back and forget what led to it (service `~/reset`).
 
-        A detector that keeps its alarm is heard again once it has taken the alarm back.
+        A detector that keeps its alarm counts again once it has taken the alarm back.
         """
         self._heard_out = {
             name
@@ -186,8 +188,8 @@ class Fusion:
 
     def _doubted(self, causes: str, stamp_ns: int) -> str:
         """Causes, with what speaks for a fault instead of an attack: a poor or late receiver."""
-        said = [self._seen(name, stamp_ns) for name in self.inputs]
-        values = [one.values for one in said if one is not None]
+        seen = [self._seen(name, stamp_ns) for name in self.inputs]
+        values = [one.values for one in seen if one is not None]
         doubts = {
             what: next(filter(None, map(words, values)), "")
             for what, words in ((POOR, poor_words), (LATE, late_words))
@@ -272,12 +274,12 @@ class Fusion:
 
 
 def _silent(last: Verdict, seconds: float) -> Verdict:
-    """What a detector says by saying nothing."""
+    """The state of a detector that publishes nothing."""
     reason = f"silent for {seconds:.1f} s"
     return Verdict(last.detector, last.stamp_ns, State.STALE, 0.0, last.threshold, reason)
 
 
-def _told(verdicts: Sequence[Verdict]) -> str:
+def _states(verdicts: Sequence[Verdict]) -> str:
     """Verdicts in words: detector, state, part of its limit, reason."""
     return "; ".join(
         f"{v.detector}: {v.state.value}, {100.0 * v.margin:.0f} % of its limit ({v.reason})"

@@ -36,9 +36,9 @@ class FusionParameters(Parameters):
     )
     further_detectors: str = param(
         "",
-        "Detectors of your own that are heard too: names with spaces between them, each of which "
+        "Detectors of your own to subscribe to: names with spaces between them, each of which "
         "publishes NAME/verdict. One that is missing makes the monitor degraded. With policy "
-        "`default` they support an alert and never give one, unless `further_weights` says more; "
+        "`default` they support an alert and never give one, unless `further_weights` allows it; "
         "with `any` their alarm is an alert; `paper` does not ask them.",
         source="docs/own-detector.md",
         basic=True,
@@ -55,7 +55,7 @@ class FusionParameters(Parameters):
     )
     prior: float = param(
         0.1,
-        "Policy `default`: probability of an attack before anything is heard. Only the ratio of "
+        "Policy `default`: probability of an attack before the first verdict. Only the ratio of "
         "this to `alarm_probability` decides.",
         source="chosen, not swept: only its ratio to alarm_probability decides",
         low=1e-6,
@@ -71,7 +71,7 @@ class FusionParameters(Parameters):
     )
     warn_probability: float = param(
         0.9,
-        "Policy `default`: SUSPICIOUS from this probability on, whatever single detectors say, "
+        "Policy `default`: SUSPICIOUS from this probability on, whatever single detectors report, "
         "until it is below half of it.",
         source="chosen, not swept",
         low=0.01,
@@ -164,7 +164,7 @@ class FusionParameters(Parameters):
 
 
 class Decision(Protocol):
-    """One policy; it hears the verdicts in order of stamp."""
+    """One policy; it takes the verdicts in order of stamp."""
 
     def update(self, verdict: Verdict) -> Sequence[Verdict]:
         """Take a verdict; return those that an alert rests on, empty if there is none."""
@@ -185,7 +185,7 @@ class _Odds:
     def __init__(self) -> None:
         self._margins: dict[str, float] = {}
 
-    def hear(self, verdict: Verdict) -> None:
+    def take(self, verdict: Verdict) -> None:
         self._margins[verdict.detector] = verdict.margin
 
     def suspects(self, verdict: Verdict) -> bool:
@@ -205,7 +205,7 @@ class AnyAlarm(_Odds):
 
     def update(self, verdict: Verdict) -> Sequence[Verdict]:
         """See Decision."""
-        self.hear(verdict)
+        self.take(verdict)
         return (verdict,) if verdict.state is State.ALARM else ()
 
 
@@ -222,7 +222,7 @@ class AllClaims(_Odds):
         """See Decision."""
         if verdict.detector not in self._voters:
             return ()
-        self.hear(verdict)
+        self.take(verdict)
         if verdict.state is State.ALARM:
             self._claims[verdict.detector] = verdict
         claims = list(self._claims.values())
@@ -233,7 +233,7 @@ class Calibrated:
     """An alert when the odds of all likelihood ratios together are high enough.
 
     ln odds = ln prior odds + Σ ratios, each of the largest margin of the last `together_s`. Of
-    detectors that share a source of error only one counts, and one that cannot tell says nothing.
+    detectors that share a source of error only one counts, and one that cannot tell does not.
     They have to be for `debounce_s`, and an alert needs an ALARM within `together_s` too, of a
     detector that may make one.
     """
@@ -267,8 +267,8 @@ class Calibrated:
         lasts = verdict.stamp_ns - self._since_ns >= self._debounce_ns
         if not (lasts and self._alarmed(verdict.stamp_ns)):
             return ()
-        said = sorted(self._evidence(verdict.stamp_ns), key=lambda one: -one[1])
-        return [one for one, _ in said if one.margin >= 1.0]
+        evidence = sorted(self._evidence(verdict.stamp_ns), key=lambda one: -one[1])
+        return [one for one, _ in evidence if one.margin >= 1.0]
 
     def suspects(self, verdict: Verdict) -> bool:
         """See Decision: if its alarm alone would make an attack more probable than not."""
@@ -283,12 +283,12 @@ class Calibrated:
     def confidence(self, stamp_ns: int) -> float:
         """See Decision: the probability."""
         if self._weighed is None or self._weighed[0] != stamp_ns:
-            said = {verdict.detector: nats for verdict, nats in self._evidence(stamp_ns)}
-            self._weighed = stamp_ns, probability(self._prior + together(said, self._weights))
+            nats_of = {verdict.detector: nats for verdict, nats in self._evidence(stamp_ns)}
+            self._weighed = stamp_ns, probability(self._prior + together(nats_of, self._weights))
         return self._weighed[1]
 
     def _evidence(self, stamp_ns: int) -> list[tuple[Verdict, float]]:
-        """The largest verdict of each detector, and what it says in nats."""
+        """The largest verdict of each detector, and its evidence in nats."""
         found = [
             (peak.at(stamp_ns), self._weight(name).ratio) for name, peak in self._peaks.items()
         ]

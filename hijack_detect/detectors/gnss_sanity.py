@@ -168,7 +168,7 @@ class GnssSanityParameters(Parameters):
     )
     mismatch_persist_s: float = param(
         1.0,
-        "So long it must last to be an ALARM.",
+        "It must last for this long to be an ALARM.",
         source="chosen, not swept",
         unit="s",
         low=0.0,
@@ -192,7 +192,7 @@ class GnssSanityParameters(Parameters):
     )
     freeze_s: float = param(
         1.2,
-        "A position that repeats for so long while the vehicle moves is an ALARM. Clean: 0.2. "
+        "A position that repeats for this long while the vehicle moves is an ALARM. Clean: 0.2. "
         "Raise for a receiver slower than 1 Hz whose fixes are repeated by its driver.",
         source="chosen: six fixes of 5 Hz",
         unit="s",
@@ -242,7 +242,7 @@ class GnssSanityParameters(Parameters):
     )
     stamps_alarm: int = param(
         5,
-        "So many stamps of fixes and velocities that repeat, run back or jump within stamps_in_s "
+        "This many stamps of fixes and velocities that repeat, run back or jump within stamps_in_s "
         "are an ALARM, unless they are copies of the sample before (SUSPICIOUS).",
         source="chosen, not swept",
         low=2,
@@ -253,7 +253,7 @@ class GnssSanityParameters(Parameters):
     )
     receiver_no_fix_s: float = param(
         3.0,
-        "The receiver is poor by its own word if it has no fix, or sends nothing, for so long of "
+        "The receiver is poor by its own word if it has no fix, or sends nothing, for this long of "
         "the last minute. That changes no state: it is named in the reason and on /diagnostics. "
         "Receivers under an open sky lose none (measured); one loss takes them 5 s.",
         source="measured: recorded receivers",
@@ -288,7 +288,7 @@ class GnssSanityParameters(Parameters):
     )
     hold_s: float = param(
         2.0,
-        "SUSPICIOUS and ALARM are kept for so long after their last evidence, for the fusion.",
+        "SUSPICIOUS and ALARM are kept for this long after their last evidence, for the fusion.",
         source="chosen, not swept",
         unit="s",
         low=0.0,
@@ -394,7 +394,7 @@ class GnssSanityDetector:
         return self._lost(stamp_ns)
 
     def _lost(self, stamp_ns: int) -> Verdict | None:
-        """What is said once a second while no fix comes."""
+        """The verdict once a second while no fix comes."""
         lost = self._watch.lost(stamp_ns)
         if lost is None or not self._watch.due(stamp_ns):
             return None
@@ -403,7 +403,7 @@ class GnssSanityDetector:
     def refused(
         self, name: str, sample: GpsSample, last: GpsSample, before: GpsSample | None
     ) -> None:
-        """Note a sample refused for its stamp, see `Stage`; said with the next fix."""
+        """Note a sample refused for its stamp, see `Stage`; published with the next fix."""
         if name in ("fix", "velocity"):  # a number of satellites has the stamp of its fix
             late = before is not None and before.stamp_ns < sample.stamp_ns < last.stamp_ns
             set_back = self._set_back[name].goes_on(sample, last)

@@ -183,7 +183,7 @@ class HeadingDetector:
     """Compares the turns of gyroscope, compass and GPS over 2, 5, 10 and 20 s.
 
     `estimation.Compass` gives the headings of gyroscope and compass without the GPS. What the
-    GPS says of the heading is seen in the attitude estimator: it believes the GPS, so a false
+    GPS implies for the heading is seen in the attitude estimator: it believes the GPS, so a false
     acceleration turns its heading away, even if the false course goes on along the nose. When
     that turns away from gyro and compass, which agree with each other, the GPS is suspected.
 
@@ -315,7 +315,7 @@ class HeadingDetector:
             gyro, nose = self._compass.gyro_heading, self._compass.heading
             estimated = heading(sample.orientation) - gyro
             course = self._nose.difference
-            if not self._history.span_s:  # who knows what the compass did before
+            if not self._history.span_s:  # what the compass did before is unknown
                 self._anomaly.last_ns, self._anomaly.reason = sample.stamp_ns, "the start"
             self._history.add(
                 Headings(

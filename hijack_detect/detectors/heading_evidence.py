@@ -77,7 +77,7 @@ class NoseCourse:
         return None if found is None else found[1]
 
     def interrupt(self) -> None:
-        """The course was lost: begin afresh."""
+        """The course was lost: restart."""
         self._follows.interrupt()
         self._window.clear()
         self.difference = None

@@ -21,12 +21,12 @@ PROVED_NS = 80 * NANOSECONDS
 """A receiver is worth no more than its claim until a wander of a minute would have been learnt:
 the longest horizon, and `learning.LEVEL_DELAY_S`."""
 CEILING_OF_CLAIM = 2.0
-"""What a receiver may be seen to wander by is bounded by so many times its claim.
+"""What a receiver may be seen to wander by is bounded by this many times its claim.
 Chosen, not swept."""
 
 
 def claimed_height(fix: FixSample) -> float | None:
-    """Standard deviation of the height by the receiver's own word, m; None if it says nothing."""
+    """Standard deviation of the height that the receiver claims, m; None if it claims none."""
     if fix.vertical_accuracy_m is not None:
         return fix.vertical_accuracy_m
     return None if fix.accuracy_m is None else VERTICAL_OF_HORIZONTAL * fix.accuracy_m
@@ -55,7 +55,7 @@ class HeightError:
         self._last_ns: int | None = None
 
     def claim(self, fix: FixSample) -> None:
-        """Take what the receiver says of its accuracy with a fix.
+        """Take the accuracy that the receiver claims with a fix.
 
         An error outlives the claim by its time constant.
         """

@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""Says which input of a detector has stopped, so that silence is never taken for normal."""
+"""Finds which input of a detector has stopped, so that silence is never taken for normal."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class SetBack:
 SILENT_NS = 3 * NANOSECONDS // 2
 """An input without a sample for this long has stopped; receivers give at least one fix a second."""
 REPEAT_NS = NANOSECONDS
-"""A detector that cannot evaluate says so this often."""
+"""A detector that cannot evaluate reports it this often."""
 
 
 def patience() -> Any:
@@ -87,7 +87,7 @@ class InputWatch:
         return None
 
     def due(self, stamp_ns: int) -> bool:
-        """Whether it is time to say again, outside the usual evaluations, what is lost."""
+        """Whether it is time to report again, outside the usual evaluations, what is lost."""
         if self._told_ns is None:
             self._told_ns = stamp_ns
         if stamp_ns - self._told_ns < REPEAT_NS or self.lost(stamp_ns) is None:

@@ -110,7 +110,7 @@ CODES = {
     State.SUSPICIOUS: NO_ATTACK,
     State.ALARM: ATTACK,
 }
-"""Code of each state that says something; the others have none."""
+"""Code of each state that judges the GPS; the others have none."""
 
 
 @dataclass
@@ -231,14 +231,14 @@ class KldDetector:
         score = max(shared[count], 0.0)
         claims = [name for name in ranked if margins[name] > 1.0]
         alarm = score > 1.0
-        told = ", ".join(
+        decisive = ", ".join(
             f"{name} by {current[name].total:.3g} nat (limit {p.threshold(name):g})"
             for name in (ranked[:count] if alarm else claims or ranked[:1])
         )
         what = (
             "The GPS values have changed their statistics" if alarm or claims else "largest change"
         )
-        reason = f"{what}: {told}"
+        reason = f"{what}: {decisive}"
         state = State.ALARM if alarm else State.NORMAL
         if claims and not alarm:
             state, reason = State.SUSPICIOUS, f"{reason}; {p.quorum} parameters are needed"

@@ -2,7 +2,7 @@
 """From GPS samples to the counts whose Poisson distributions are compared.
 
 Each class takes fixes, velocities and numbers of satellites in order of stamp and returns the
-counts of the parameters that the sample tells of; None where a parameter cannot be told now.
+counts of the parameters that the sample updates; None where a parameter is not known now.
 """
 
 from __future__ import annotations

@@ -20,9 +20,9 @@ class LikelihoodRatio:
 
     Attributes:
         slope: Nats for each factor e of the margin.
-        neutral: Margin that says nothing.
-        low: The least that it can say, nats: how much a quiet detector speaks for the GPS.
-        high: The most that it can say, nats: how rare such a margin can be claimed to be from
+        neutral: Margin without evidence.
+        low: Smallest evidence, nats: how much a quiet detector speaks for the GPS.
+        high: Largest evidence, nats: how rare such a margin can be claimed to be from
             the clean flights that there are.
     """
 
@@ -51,10 +51,10 @@ class Weight:
         ratio: None if nobody could calibrate it: it is shown, and neither its alarm nor its silence
             changes what the monitor claims.
         shares: One of SOURCES_OF_ERROR, empty for none. Of the detectors that share one only that
-            which says most counts.
+            which has most evidence counts.
         may_alert: With policy `default` its alarm makes an alert; otherwise it has innocent causes
             and only supports one.
-        sees_carry_off: It could see a carry-off: only these count where a flight is said to be
+        sees_carry_off: It could see a carry-off: only these count where a flight is called
             watched.
         keeps_alarm: It keeps its alarm until it is reset itself.
         published: Policy `paper` asks it.
@@ -107,10 +107,10 @@ UNCALIBRATED = Weight(LikelihoodRatio(3.0, 0.7, -0.2, 3.0), may_alert=False)
 
 
 def together(nats: Mapping[str, float], weights: Mapping[str, Weight]) -> float:
-    """What detectors say together, nats by name: the sum, of each source of error the largest."""
+    """Evidence of detectors together, nats by name: the sum of the largest by source of error."""
     groups: dict[str, list[float]] = defaultdict(list)
-    for name, said in nats.items():
-        groups[weights.get(name, UNCALIBRATED).shares].append(said)
+    for name, one in nats.items():
+        groups[weights.get(name, UNCALIBRATED).shares].append(one)
     return math.fsum(groups.pop("", ())) + math.fsum(map(max, groups.values()))
 
 
@@ -126,13 +126,13 @@ class RecentPeak:
         self._falling: deque[Verdict] = deque()
 
     def add(self, verdict: Verdict) -> None:
-        """Take a verdict that says something of the GPS."""
+        """Take a verdict that judges the GPS."""
         while self._falling and self._falling[-1].margin <= verdict.margin:
             self._falling.pop()
         self._falling.append(verdict)
 
     def at(self, stamp_ns: int) -> Verdict | None:
-        """The largest at a stamp; None if nothing was said within the time."""
+        """The largest at a stamp; None if there was none within the time."""
         while self._falling and stamp_ns - self._falling[0].stamp_ns > self._kept_ns:
             self._falling.popleft()
         return self._falling[0] if self._falling else None

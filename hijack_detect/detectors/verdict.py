@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""What a detector says: one verdict per evaluation, never silence."""
+"""The output of a detector: one verdict per evaluation, never silence."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from dataclasses import dataclass, field
 
 
 class State(enum.Enum):
-    """What a verdict claims. Only NORMAL and worse say anything about the GPS."""
+    """What a verdict claims. Only NORMAL and worse are statements about the GPS."""
 
     NOT_READY = "not_ready"
     """Too little data yet."""
     NOT_OBSERVABLE = "not_observable"
-    """In this phase of flight the method cannot tell; the reason says why."""
+    """In this phase of flight the method cannot tell; see the reason."""
     NORMAL = "normal"
     SUSPICIOUS = "suspicious"
     ALARM = "alarm"
@@ -23,9 +23,9 @@ class State(enum.Enum):
 
 
 JUDGED = frozenset({State.NORMAL, State.SUSPICIOUS, State.ALARM})
-"""States that say something about the GPS."""
+"""States that judge the GPS."""
 RAISED = frozenset({State.SUSPICIOUS, State.ALARM})
-"""States that say something against the GPS."""
+"""States that are evidence against the GPS."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +33,7 @@ class Verdict:
     """One evaluation of one detector at one header stamp.
 
     `score` grows with suspicion and alarms at `threshold` (same unit); both are NaN-free:
-    a score that is not defined is 0 and the state says so. `values` are further figures by name.
+    a score that is not defined is 0, as the state shows. `values` are further figures by name.
     """
 
     detector: str

@@ -130,7 +130,7 @@ HISTORY_S = 20.0
 """Scatter is learnt from innovations older than this, so never from those under test.
 Chosen, not swept."""
 GROW_S, SHRINK_S = 40.0, 200.0
-"""The scatter grows faster than it shrinks: a calm minute on the ground says little of flight."""
+"""The scatter grows faster than it shrinks: a calm minute on the ground shows little of flight."""
 MAX_SCALE = 3.0
 """Largest growth of the velocity limits with the scatter. Chosen, not swept."""
 MAX_INTERVAL_S = 2.0
@@ -249,7 +249,8 @@ class VerticalChannel:
     """Kalman filter of height, velocity, accelerometer bias and GPS height error, and its bank.
 
     The accelerometer carries the state from fix to fix; each fix and velocity gives an
-    innovation, and `HeightOffsets` says how likely an offset since some moment of the last 20 s is.
+    innovation, and `HeightOffsets` gives the likelihood of an offset since some moment of the
+    last 20 s.
     """
 
     def __init__(self, parameters: AltitudeParameters) -> None:

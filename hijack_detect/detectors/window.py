@@ -18,7 +18,7 @@ class WindowSums:
     """Sums of values and of products of pairs of values over the last seconds.
 
     Values are held as integers in fixed point. Adding and removing integers is exact, so the
-    sums equal those computed afresh, after hours as after seconds, whatever the window length.
+    sums equal those of all values computed at once, after hours, whatever the window length.
     """
 
     def __init__(self, length_ns: int, channels: int, products: Sequence[tuple[int, int]] = ()):

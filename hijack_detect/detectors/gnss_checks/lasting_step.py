@@ -18,24 +18,24 @@ from hijack_detect.detectors.verdict import State
 from hijack_detect.streams.samples import NANOSECONDS, Vector3
 
 LONG_S = 6.0
-"""A step just beyond the limit must last for so long: reflections end within some seconds."""
+"""A step just beyond the limit must last for this long: reflections end within some seconds."""
 SHORT_S = 1.0
-"""One of LARGE times the limit or more only for so long. Chosen, not swept."""
+"""One of LARGE times the limit or more only for this long. Chosen, not swept."""
 LARGE = 1.4
 CLAIMED = 1.5
-"""The limit is at least so many times what the receiver claims for a standard deviation. Clean
+"""The limit is at least this many times what the receiver claims for a standard deviation. Clean
 flights of receivers that claim 3.3 m or more, where it counts: 0.7."""
 MOST_CLAIMED_M = 5.0
 """A claim beyond this does not count: what claims it may be the attacker."""
 SHOWN = 2.5
-"""The limit is at least so many times the largest step of this receiver's past.
+"""The limit is at least this many times the largest step of this receiver's past.
 Chosen, not swept."""
 MOST = 2.0
-"""Nor is it ever above so many times its lowest, whatever is claimed or was shown."""
+"""Nor is it ever above this many times its lowest, whatever is claimed or was shown."""
 FORGET_PER_S = 1.0 / 300.0
 """What was shown is forgotten at this relative rate, s⁻¹."""
 SETTLED_NS = 10 * NANOSECONDS
-"""Only so long after a gap: a receiver that has lost its fix comes back with another error."""
+"""Only this long after a gap: a receiver that has lost its fix comes back with another error."""
 PENDING = 0.9
 """Largest margin of a step that has not lasted. Chosen, not swept."""
 
@@ -161,7 +161,7 @@ class LastingStep:
         return limit + step.hidden_m(self._manoeuvre, by_velocity=True)
 
     def _wait(self, jumped: _Jumped, here: _Place) -> Finding:
-        """What is to be said of a step that is being waited for."""
+        """The finding while a step is being waited for."""
         away = minus(minus(here.off, jumped.before.off), jumped.latency)
         metres = away[0] * jumped.direction[0] + away[1] * jumped.direction[1]
         if metres <= jumped.limit_m:

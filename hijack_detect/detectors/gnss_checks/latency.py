@@ -25,28 +25,28 @@ velocities."""
 MOVING = 2.0
 """m/s; slower, the noise of a step is no time. Chosen, not swept."""
 BLIND_S, BLIND_PERIODS = 0.5, 1.5
-"""A step without a velocity for longer than both says nothing of latency: the trapezoid over a
+"""A step without a velocity for longer than both shows no latency: the trapezoid over a
 brake from 12 to 3 m/s in a hole of 3 s is 1.5 s wrong."""
 PERIODS, PERIOD_S = 50, 600.0
 """The receiver's period is the mean of its first 50 intervals, then of all, later of 600 s, which a
 growth within a minute hardly changes."""
 CLIP_JITTERS, CLIP_PERIOD = 3.0, 0.01
-"""An interval moves the mean as if it were off by at most so many mean deviations, or this part of
-the period if that is more: a growth early in a flight would else count as a longer period."""
+"""An interval moves the mean as if it were off by at most this many mean deviations, or this part
+of the period if that is more: a growth early in a flight would else count as a longer period."""
 MAX_INTERVAL_S = 2.0
-"""A longer interval is an outage, and says nothing of the period or the latency.
+"""A longer interval is an outage, and shows neither period nor latency.
 Chosen, not swept."""
 NEAR = 0.3
 """An interval within this part of the period counts for the period. One further off is a lost fix
 or a backlog. Chosen, not swept."""
 CHANGED = 0.2
 """If the median of the last PERIODS intervals is off the period by more than this part of it, the
-receiver has another rate, and its period is learnt anew. A growing latency changes it by GROWTH."""
+receiver has another rate, and its period is learnt again. A growth changes it by GROWTH."""
 MAX_JITTER = 0.15
 """If the intervals differ from the period by more than this part of it in the mean, they are too
 uneven to measure a latency."""
 SLACK_S = 0.1
-"""Change of the latency that the intervals may miss: stamps of recorded flights vary by so much."""
+"""Change of the latency that the intervals may miss: recorded stamps vary by this much."""
 LAG_S = 0.2
 """Receivers' positions may lead or lag their velocities by this: a change of velocity Δv then
 shows as a difference of up to 0.2 s · Δv, which is taken off."""
@@ -74,7 +74,7 @@ class FixIntervals:
         return self._count > 0 and self._jitter_s < MAX_JITTER * self.period_s
 
     def add(self, dt_s: float) -> float:
-        """Growth of the latency by the next interval, s; 0 where it does not say."""
+        """Growth of the latency by the next interval, s; 0 where it does not show."""
         if dt_s > MAX_INTERVAL_S:
             return 0.0
         self._recent.append(dt_s)

@@ -48,10 +48,10 @@ class MeanVelocity:
 
 
 REPEATS, REPEAT_NS = 3, 5 * NANOSECONDS
-"""So many jumps within this time are an alarm: a reflection comes and goes, it does not hop."""
+"""This many jumps within this time are an alarm: a reflection comes and goes, it does not hop."""
 APART_NS = NANOSECONDS // 10
 GAP_S, GAP_TIMES = 0.5, 2.5
-"""A gap is longer than this, and than so many times the step before. Chosen, not swept."""
+"""A gap is longer than this, and than this many times the step before. Chosen, not swept."""
 STRIDE = 4.0 / 3.0
 """Limit over 1 s against the limit of one step: the noise of several fixes."""
 
@@ -109,7 +109,7 @@ class JumpCheck:
         return max(found, lasting, key=lambda one: one.claims)
 
     def _at_once(self, step: Step) -> Finding:
-        """What the newest step says, and those of the last second."""
+        """The findings of the newest step and of the last second."""
         before_s, self._blind_s = self._blind_s, step.blind_s
         gap = step.blind_s > max(GAP_S, GAP_TIMES * before_s)
         residual = step.off_path if gap else step.residual

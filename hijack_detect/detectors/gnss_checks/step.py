@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""What a check is given at every fix, and what it says."""
+"""Input of a check at every fix, and its finding."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from hijack_detect.streams.samples import (
 )
 
 MAX_AGE_NS = NANOSECONDS
-"""A velocity older than this says nothing of a fix, and a count nothing either."""
+"""A velocity or a count older than this is not used with a fix."""
 MAX_EXTRAPOLATION_S = 2.0
 """A step over a longer time is not extrapolated. Chosen, not swept."""
 
@@ -123,7 +123,7 @@ class Step:
             the step before, extrapolated; None without either. Up is from fixes alone where
             `level`, and NaN where there is nothing to expect it from.
         blind_s: Longest time without a velocity (from fixes alone: without a fix) in the step.
-        count: Number of satellites in use, None if it is not told.
+        count: Number of satellites in use, None if it is not known.
         level: Whether a velocity in the step has no vertical component.
     """
 
@@ -180,10 +180,10 @@ class Step:
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """What a check says of a fix.
+    """The finding of a check at a fix.
 
     `margin` is its evidence against what makes an alarm; a check that may only be SUSPICIOUS
-    stays below 1. What is `innocent` by itself is no contradiction, and its text says all.
+    stays below 1. What is `innocent` by itself is no contradiction, and its text is complete.
     """
 
     margin: float = 0.0

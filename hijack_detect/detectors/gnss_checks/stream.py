@@ -87,12 +87,12 @@ attack, so it never alarms; a position that is carried off with it is for the ot
 class StampsCheck:
     """Refused stamps of fixes and velocities within the last seconds.
 
-    A refused sample is noted with the stamp of the last good one of its topic and told from the
-    first fix after that, so that what is said does not depend on when topics arrive. A copy of
+    A refused sample is noted with the stamp of the last good one of its topic and reported from the
+    first fix after that, so that the report does not depend on when topics arrive. A copy of
     the last good sample (a bridge that publishes twice), one that was overtaken by the next (a
     radio link) and one that follows on a refused one (a clock that was set back) are SUSPICIOUS at
     most. So is a step of the receiver's time, which was taken off its stamps before they came here
-    (`ReceiverClock`): it is named for as long as a refused stamp would be.
+    (`ReceiverClock`): it is reported as long as a refused stamp would be.
     """
 
     name = "time"
@@ -150,7 +150,7 @@ class StampsCheck:
 REVERSALS, REVERSAL_NS = 4, 3 * NANOSECONDS
 PAIR_NS = 3 * NANOSECONDS // 2
 APART_M = 2.0
-"""Tracks nearer to each other than this are not told apart. Chosen, not swept."""
+"""Tracks nearer to each other than this are not distinguished. Chosen, not swept."""
 
 
 class PublishersCheck:

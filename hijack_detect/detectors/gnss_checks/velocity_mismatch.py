@@ -37,7 +37,7 @@ WORTH_EXPLAINING = 0.4
 LEAST_S = 0.05
 """A growth of less is not named: it would read as 0.0 s."""
 LATER_NS = 10 * NANOSECONDS
-"""A latency that was needed for an explanation is named for so long."""
+"""A latency that was needed for an explanation is named for this long."""
 
 
 @dataclass(frozen=True)
@@ -101,7 +101,7 @@ class VelocityMismatchCheck:
         self.begin()
 
     def begin(self) -> None:
-        """Start all horizons anew: at a take-off, since receivers wander on the ground."""
+        """Restart all horizons: at a take-off, since receivers wander on the ground."""
         self._windows: dict[float, deque[_Mark]] = {one: deque() for one in HORIZONS_S}
         self._mark = _Mark(0, ZERO, ZERO, 0.0, Passed(ZERO, ZERO, LatencyMark()))
         self._persistence.reset()
