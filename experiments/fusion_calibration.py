@@ -43,8 +43,8 @@ from experiments.limits_records import (
 from experiments.limits_runs import Work, credited, record_of
 from experiments.vehicles import Flight, corpus
 from hijack_detect.bags.errors import BagError
-from hijack_detect.detectors.fusion_decisions import FusionParameters
 from hijack_detect.detectors.likelihood import (
+    FusionParameters,
     LikelihoodRatio,
     odds,
     probability,
@@ -53,9 +53,8 @@ from hijack_detect.detectors.likelihood import (
 from hijack_detect.evaluation.scores.evaluation_tables import NONE, TextTable
 from hijack_detect.evaluation.trials.cases import HIJACKED
 from hijack_detect.evaluation.trials.families import CLEAN, Placed
-from hijack_detect.monitor.graph import MonitorParameters
 from hijack_detect.monitor.parts import WEIGHTS
-from hijack_detect.monitor.policies import policy_parameters
+from hijack_detect.monitor.policies import MonitorParameters, policy_parameters
 from tools.documents import fill, write
 
 RATIOS: Ratios = {name: one.ratio for name, one in WEIGHTS.items() if one.ratio is not None}

@@ -27,7 +27,8 @@ from experiments.carried_off import Samples, drift, samples_of
 from hijack_detect.detectors.verdict import JUDGED, State
 from hijack_detect.estimation.flight_phase import FlightPhaseEstimator, FlightPhaseParameters
 from hijack_detect.evaluation.scores.evaluation_tables import TextTable
-from hijack_detect.monitor.graph import Monitor, MonitorParameters
+from hijack_detect.monitor.graph import Monitor
+from hijack_detect.monitor.policies import MonitorParameters
 from hijack_detect.replay.offline import runs_of
 from hijack_detect.spoofing.spoofer import Spoofer
 from hijack_detect.streams.samples import (

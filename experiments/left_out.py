@@ -32,9 +32,8 @@ from hijack_detect.evaluation.scores.metrics import Proportion
 from hijack_detect.evaluation.scores.model import Model
 from hijack_detect.evaluation.scores.watch import watch
 from hijack_detect.evaluation.trials.cases import HIJACKED
-from hijack_detect.monitor.graph import MonitorParameters
 from hijack_detect.monitor.parts import DETECTORS, WEIGHTS
-from hijack_detect.monitor.policies import policy_parameters
+from hijack_detect.monitor.policies import MonitorParameters, policy_parameters
 from hijack_detect.streams.samples import NANOSECONDS
 from tools.documents import fill, write
 

@@ -20,7 +20,7 @@ from hijack_detect.evaluation.scores.model import Model
 from hijack_detect.evaluation.trials.cases import BagCase, Case, class_of
 from hijack_detect.evaluation.trials.families import Placed, attacks_on
 from hijack_detect.evaluation.trials.onsets import forward_flight
-from hijack_detect.monitor.graph import MonitorParameters
+from hijack_detect.monitor.policies import MonitorParameters
 from hijack_detect.replay.offline import OfflineRun
 from hijack_detect.streams.samples import NANOSECONDS
 

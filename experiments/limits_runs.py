@@ -22,7 +22,7 @@ from hijack_detect.evaluation.trials.limits import FLIGHTS, limits
 from hijack_detect.evaluation.trials.parallel import Failure, Pool, map_cases
 from hijack_detect.evaluation.tuning.attack_map import FIRST_SEED, attack_cases, attack_sizes
 from hijack_detect.evaluation.tuning.attack_map import FLIGHTS as CELL_FLIGHTS
-from hijack_detect.monitor.graph import MonitorParameters
+from hijack_detect.monitor.policies import MonitorParameters
 from hijack_detect.replay.truth import read_label
 from tools.documents import write
 

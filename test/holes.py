@@ -8,7 +8,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from hijack_detect.monitor.graph import Monitor, MonitorParameters
+from hijack_detect.monitor.graph import Monitor
+from hijack_detect.monitor.policies import MonitorParameters
 from hijack_detect.replay.offline import outputs_of
 from hijack_detect.streams.samples import NANOSECONDS, Sample
 

@@ -17,14 +17,13 @@ from hijack_detect.analysis.log_clock import LogClock
 from hijack_detect.detectors.coast import CoastDetector
 from hijack_detect.detectors.flight_gate import imu_trouble
 from hijack_detect.detectors.fusion import Fusion, FusionResult
-from hijack_detect.detectors.fusion_decisions import FusionParameters
 from hijack_detect.detectors.gnss_sanity import CLOCK_RATE, GnssSanityDetector
+from hijack_detect.detectors.likelihood import FusionParameters
 from hijack_detect.detectors.verdict import JUDGED, RAISED, Verdict
 from hijack_detect.estimation.lag_ekf import LATE_FIGURES, late_words
 from hijack_detect.estimation.receiver_health import POOR_FIGURES, SATELLITES, poor_words
 from hijack_detect.monitor.graph import Stage
 from hijack_detect.monitor.parts import weights
-from hijack_detect.streams.merge import SILENCE_S
 from hijack_detect.streams.samples import (
     NANOSECONDS,
     FixSample,
@@ -36,6 +35,7 @@ from hijack_detect.streams.samples import (
     SatelliteSample,
     VelocitySample,
 )
+from hijack_detect.streams.silence import SILENCE_S
 
 NAMES: dict[type, str] = {
     ImuSample: "imu",

@@ -30,7 +30,8 @@ from hijack_detect.analysis.worth import (
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.logs.logged import Notes
-from hijack_detect.monitor.graph import Monitor, MonitorParameters
+from hijack_detect.monitor.graph import Monitor
+from hijack_detect.monitor.policies import MonitorParameters
 from hijack_detect.replay.offline import FlightNotes, outputs_of, spoofed_samples
 from hijack_detect.replay.truth import Attack, Source, known_attack, truth_track
 from hijack_detect.spoofing.scenario import Scenario
@@ -247,7 +248,7 @@ def analyse(
         skipped=skipped(flight, monitor, notes),
         notes=(
             *notes.remarks,
-            *clock_notes(monitor.clock.said),
+            *clock_notes(monitor.clock.findings),
             *sensor_notes(account, reader.duration_s),
         ),
     )

@@ -12,7 +12,7 @@ from hijack_detect.analysis.analyse import analyse
 from hijack_detect.analysis.analysis import Analysis
 from hijack_detect.logs.formats import opened
 from hijack_detect.logs.logged import Notes, Selection
-from hijack_detect.monitor.graph import MonitorParameters
+from hijack_detect.monitor.policies import MonitorParameters
 from hijack_detect.replay.offline import FlightNotes, OfflineRun, run_offline, spoofed_samples
 from hijack_detect.replay.truth import truth_track
 from hijack_detect.spoofing.scenario import Scenario

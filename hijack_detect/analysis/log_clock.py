@@ -7,8 +7,8 @@ import dataclasses
 from collections import deque
 from typing import Any, Final
 
-from hijack_detect.streams.merge import SILENCE_S
 from hijack_detect.streams.samples import NANOSECONDS, ImuSample, Sample
+from hijack_detect.streams.silence import SILENCE_S
 
 APART_NS: Final = round(SILENCE_S * NANOSECONDS)
 """A step of the stamps as long as an outage, which the time of the log does not have."""

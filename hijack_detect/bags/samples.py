@@ -13,10 +13,10 @@ from typing import Any
 from hijack_detect.bags.errors import BagError
 from hijack_detect.bags.reader import BagReader, RawMessage
 from hijack_detect.bags.topics import TYPES, TopicMap
-from hijack_detect.streams.absence import Absence
 from hijack_detect.streams.cdr import FROM_BYTES
 from hijack_detect.streams.messages import (
     CONVERTERS,
+    Absence,
     BadMessage,
     header_stamp_ns,
     satellite_count,

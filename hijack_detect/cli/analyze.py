@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from hijack_detect.analysis.analysis import Analysis
     from hijack_detect.bags.reader import BagReader
     from hijack_detect.logs.logged import Notes
-    from hijack_detect.monitor.graph import MonitorParameters
+    from hijack_detect.monitor.policies import MonitorParameters
     from hijack_detect.spoofing.scenario import Scenario
 
 EXIT_ALERT = 10

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from hijack_detect.evaluation.scores.evaluate import Evaluation
     from hijack_detect.evaluation.trials.cases import Case
     from hijack_detect.evaluation.trials.parallel import Pool
-    from hijack_detect.monitor.graph import MonitorParameters
+    from hijack_detect.monitor.policies import MonitorParameters
 
 BASAN = "basan2022"
 PROTOCOLS = ("feng2018", "feng2018_noisy", BASAN, "limits", "hard")

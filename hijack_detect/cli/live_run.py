@@ -15,7 +15,7 @@ from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.signals import SignalHandlerOptions
 
 from hijack_detect.cli.processes import interrupt_held
-from hijack_detect.detectors.fusion_decisions import FusionParameters
+from hijack_detect.detectors.likelihood import FusionParameters
 from hijack_detect.live.picture import Picture
 from hijack_detect.live.server import Server
 from hijack_detect.monitor.parts import weights

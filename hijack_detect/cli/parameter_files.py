@@ -13,9 +13,8 @@ from typing import Any
 import yaml
 
 from hijack_detect.mavlink.parameters import BridgeParameters
-from hijack_detect.monitor.graph import MonitorParameters
 from hijack_detect.monitor.parts import Part
-from hijack_detect.monitor.policies import from_nodes, policy_parameters
+from hijack_detect.monitor.policies import MonitorParameters, from_nodes, policy_parameters
 from hijack_detect.parameters import ParameterError, Parameters, basic_first
 from hijack_detect.px4.topics import Px4BridgeParameters
 from hijack_detect.recording.parameters import RecorderParameters

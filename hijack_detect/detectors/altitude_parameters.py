@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from hijack_detect.detectors.input_watch import patience
 from hijack_detect.parameters import Parameters, param
-from hijack_detect.streams.merge import sensor_patience
+from hijack_detect.streams.silence import sensor_patience
 
 
 @dataclass(frozen=True)

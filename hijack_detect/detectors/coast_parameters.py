@@ -14,7 +14,7 @@ from hijack_detect.estimation.drag_filter import (
 )
 from hijack_detect.estimation.lag_ekf import ModelErrors
 from hijack_detect.parameters import Parameters, param
-from hijack_detect.streams.merge import sensor_patience
+from hijack_detect.streams.silence import sensor_patience
 
 LAG_WALK = 0.05
 """s/√s, random walk of the GPS lag. Of a receiver in order it is 0.001; with 0.05 the filter

@@ -15,8 +15,8 @@ from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.detectors.window import FULL, Unwrap, WindowSums
 from hijack_detect.estimation.rotation import heading
 from hijack_detect.parameters import Parameters, param
-from hijack_detect.streams.merge import sensor_patience
 from hijack_detect.streams.samples import NANOSECONDS, AttitudeSample, CourseSample, PhaseSample
+from hijack_detect.streams.silence import sensor_patience
 
 
 @dataclass(frozen=True)

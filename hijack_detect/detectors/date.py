@@ -21,7 +21,6 @@ from hijack_detect.estimation.learning import NoiseScale
 from hijack_detect.estimation.motion import GpsMotion, Motion
 from hijack_detect.estimation.rotation import Array, up_component
 from hijack_detect.parameters import Parameters, param
-from hijack_detect.streams.merge import sensor_patience
 from hijack_detect.streams.samples import (
     NANOSECONDS,
     AttitudeSample,
@@ -29,6 +28,7 @@ from hijack_detect.streams.samples import (
     PhaseSample,
     VelocitySample,
 )
+from hijack_detect.streams.silence import sensor_patience
 
 
 @dataclass(frozen=True)

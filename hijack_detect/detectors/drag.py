@@ -28,7 +28,6 @@ from hijack_detect.estimation.drag_filter import (
 )
 from hijack_detect.estimation.motion import GpsMotion, Motion
 from hijack_detect.parameters import Parameters, param
-from hijack_detect.streams.merge import sensor_patience
 from hijack_detect.streams.samples import (
     NANOSECONDS,
     AttitudeSample,
@@ -36,6 +35,7 @@ from hijack_detect.streams.samples import (
     PhaseSample,
     VelocitySample,
 )
+from hijack_detect.streams.silence import sensor_patience
 
 
 @dataclass(frozen=True)

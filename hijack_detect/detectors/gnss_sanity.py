@@ -37,7 +37,6 @@ from hijack_detect.estimation.receiver_health import (
     poor_words,
 )
 from hijack_detect.parameters import Parameters, param
-from hijack_detect.streams.merge import sensor_patience
 from hijack_detect.streams.samples import (
     NANOSECONDS,
     FixSample,
@@ -45,6 +44,7 @@ from hijack_detect.streams.samples import (
     PhaseSample,
     VelocitySample,
 )
+from hijack_detect.streams.silence import sensor_patience
 
 
 @dataclass(frozen=True)

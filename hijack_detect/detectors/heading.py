@@ -16,7 +16,6 @@ from hijack_detect.detectors.window import Unwrap, WindowSums
 from hijack_detect.estimation.compass import Compass, FieldGate, Reading, earth_field
 from hijack_detect.estimation.rotation import heading
 from hijack_detect.parameters import Parameters, param
-from hijack_detect.streams.merge import SENSOR_PATIENCE_S, sensor_patience
 from hijack_detect.streams.samples import (
     NANOSECONDS,
     AttitudeSample,
@@ -27,6 +26,7 @@ from hijack_detect.streams.samples import (
     Sample,
     VelocitySample,
 )
+from hijack_detect.streams.silence import SENSOR_PATIENCE_S, sensor_patience
 
 
 def _limit(default: float, seconds: int) -> float:

@@ -15,13 +15,13 @@ from hijack_detect.estimation.geodesy import LocalFrame
 from hijack_detect.estimation.motion import GpsMotion, Motion
 from hijack_detect.estimation.rotation import Array, matrix
 from hijack_detect.parameters import Parameters, param
-from hijack_detect.streams.merge import SENSOR_PATIENCE_S
 from hijack_detect.streams.samples import (
     NANOSECONDS,
     AttitudeSample,
     FixSample,
     VelocitySample,
 )
+from hijack_detect.streams.silence import SENSOR_PATIENCE_S
 
 GRAVITY_ENU = np.array([0.0, 0.0, GRAVITY])
 

@@ -1,7 +1,7 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """The filter of `lag_ekf` that also feels the air: wind, drag and tilt of the rotors are states.
 
-The drag of a multirotor says how fast it moves through the air. As long as the wind stays, that
+The drag of a multirotor shows how fast it moves through the air. As long as the wind stays, that
 is a velocity which no GPS has touched: weak from one fix to the next, and it keeps tilt and
 accelerometer bias from taking up what a spoofed GPS pulls. The coloured error of GPS velocities is
 a state, too: it does not tilt the vehicle.
@@ -36,8 +36,8 @@ VELOCITY_ERROR = slice(23, 26)
 """Error of the GPS velocity (East, North, Up, m/s), see `velocity_error`."""
 SIZE = 26
 SHORTEST_S, LONGEST_S = 0.15, 1.1
-"""Force is averaged over at least so long, and not used when it was longer: nobody knows how the
-vehicle moved."""
+"""Force is averaged over at least this long, and not used when it was longer: the
+motion in between is unknown."""
 JUMPED = 14.0
 """χ² of two axes, 3.7 standard deviations: one fix in a thousand of Gaussian noise is beyond."""
 MAX_HEADING_SIGMA = math.radians(20.0)

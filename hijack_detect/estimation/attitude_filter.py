@@ -59,7 +59,7 @@ Chosen, not swept."""
 USUAL_CLIMB = 3.0
 """m/s: standard deviation of the climb of a drone of which nothing is known."""
 RESTART_SIGMAS = np.array([3.0] * 3 + [1.0] * 3)
-"""Standard deviations of position and velocity when they are taken from the GPS afresh."""
+"""Standard deviations of position and velocity when they are taken from the GPS again."""
 LONGEST_BRIDGE_S = 30.0
 """A longer gap in the IMU may be another flight. Chosen, not swept."""
 BRIDGE_SIGMAS = np.array([1000.0] * 3 + [20.0] * 3)
@@ -79,7 +79,7 @@ than an attack in straight ones."""
 LATEST_NS = round(MOST_GROWTH_S * NANOSECONDS)
 """The filter runs later than the nominal lag by this at most."""
 LOST_HEADING = math.radians(40.0)
-"""Beyond this the heading is looked for in all directions again, unless a compass says it.
+"""Beyond this the heading is looked for in all directions again, unless a compass shows it.
 Chosen, not swept."""
 
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hijack_detect.parameters import Parameters, param
-from hijack_detect.streams.merge import sensor_patience
+from hijack_detect.streams.silence import sensor_patience
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class AttitudeParameters(Parameters):
     settled_sigma_deg: float = param(
         7.0,
         "Orientation is published from when the filter's own heading uncertainty first falls "
-        "below this; until then imu/data says that it has none (REP-145).",
+        "below this; until then imu/data has none (REP-145).",
         source="chosen, not swept",
         unit="deg",
         low=0.1,
@@ -76,7 +76,7 @@ class AttitudeParameters(Parameters):
         1.0,
         "After a longer gap in the IMU data the filter takes position, velocity and tilt for "
         "unknown, and keeps biases and heading with what it may have turned; after 30 s, or before "
-        "it has a heading, it starts anew.",
+        "it has a heading, it restarts.",
         source="chosen, not swept",
         unit="s",
         low=0.05,

@@ -37,7 +37,7 @@ class ClockRateCheck:
     measure in intervals of 1/n s. Give it fixes and velocities in order of stamp.
 
     Attributes:
-        rate: True seconds in one of the clock's; None while nothing says that it is not 1.
+        rate: True seconds in one of the clock's; None while nothing shows that it is not 1.
     """
 
     def __init__(self) -> None:

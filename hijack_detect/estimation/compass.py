@@ -44,7 +44,7 @@ LEVEL_S = 0.5
 MAX_STEP_S = 0.2
 """The covariance moves on at least this often. Chosen, not swept."""
 MAX_GAP_S = 1.0
-"""After a longer gap in the IMU data everything begins afresh: the gyroscope lost its turn."""
+"""After a longer gap in the IMU data everything restarts: the gyroscope lost its turn."""
 LEARN_S = 60.0
 """Strength and dip of the field are learnt this slowly: hard iron moves them for good."""
 REALIGN_S = 60.0
@@ -105,7 +105,7 @@ class CompassNoise:
     """Random walk of the gyroscope bias, rad/s/√s."""
     acceleration: float = 4.0
     """Horizontal accelerations of the vehicle as white noise, m/s²/√Hz: without the GPS they
-    cannot be told from gravity. Their mean vanishes over a quarter minute, a speed's worth."""
+    looks like gravity. Their mean vanishes over a quarter minute, a speed's worth."""
     field: float = 0.03
     """Error of the direction of the field, rad/√Hz; slow errors are worse than white ones."""
 
@@ -167,7 +167,7 @@ class Compass:
         return math.sqrt(float(self._covariance[2, 2]))
 
     def imu(self, sample: ImuSample) -> bool:
-        """Take the next reading; false if a gap made everything begin afresh."""
+        """Take the next reading; false if a gap made everything restart."""
         last, self._last = self._last, sample
         if last is None:
             return True

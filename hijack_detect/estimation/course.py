@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 from hijack_detect.estimation.geodesy import LocalFrame
 from hijack_detect.parameters import Parameters, param
-from hijack_detect.streams.merge import SENSOR_PATIENCE_S
 from hijack_detect.streams.samples import NANOSECONDS, CourseSample, FixSample, Vector3
+from hijack_detect.streams.silence import SENSOR_PATIENCE_S
 
 
 @dataclass(frozen=True)

@@ -41,9 +41,9 @@ def drag_force(air: Array, drag: float, quadratic: float) -> tuple[Array, Array,
 
 
 HUBER = 2.0
-"""Residuals beyond so many standard deviations count linearly: gusts and bad samples."""
+"""Residuals beyond this many standard deviations count linearly: gusts and bad samples."""
 MEMORY_S = 30.0
-"""The residual is that of about so long. Chosen, not swept."""
+"""The residual is that of about this long. Chosen, not swept."""
 
 
 FORCE = 0.08
@@ -130,7 +130,7 @@ class DragNoise:
         return (wind, wind, DRAG_WALK, 0.0, BIAS_WALK, BIAS_WALK)
 
     def variance(self, residual: float, seconds: float) -> float:
-        """Variance of the force of a block, of which so many follow within one gust."""
+        """Variance of the force of a block, of which this many follow within one gust."""
         return max(FORCE, residual) ** 2 * max(1.0, 2.0 * self.correlation_s / seconds)
 
 
@@ -192,7 +192,7 @@ class WindChange:
 
     Attributes:
         change: East and North, m/s.
-        covariance: Of `change`, (m/s)²; as large as the prior where the flight does not tell.
+        covariance: Of `change`, (m/s)²; as large as the prior where the flight does not show it.
     """
 
     change: Array

@@ -160,7 +160,7 @@ class Ekf:
         self.velocity = after[-1]
 
     def transition_over(self, dt: Array, rotation: Array, force: Array) -> Array:
-        """Φ over a block, shape (n, n); a subclass says how its own states move.
+        """Φ over a block, shape (n, n); a subclass adds how its own states move.
 
         Args:
             dt: Lengths of the intervals, s, shape (m, 1).

@@ -66,7 +66,7 @@ class FilterBank:
         """Update every filter with a measurement and drop those that it makes unlikely.
 
         Args:
-            observe: What the measurement says to a filter.
+            observe: The measurement as a filter takes it.
         """
         if self.decided:
             self.best.update(observe(self.best))

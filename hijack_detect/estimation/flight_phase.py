@@ -12,7 +12,6 @@ from hijack_detect.estimation.barometer import pressure_height
 from hijack_detect.estimation.ekf import GRAVITY
 from hijack_detect.estimation.imu_health import ImuHealth
 from hijack_detect.parameters import Parameters, param
-from hijack_detect.streams.merge import sensor_patience
 from hijack_detect.streams.samples import (
     NANOSECONDS,
     FixSample,
@@ -22,6 +21,7 @@ from hijack_detect.streams.samples import (
     PressureSample,
     VelocitySample,
 )
+from hijack_detect.streams.silence import sensor_patience
 
 EVALUATE_NS = NANOSECONDS // 5
 """A phase is decided this often: those that wait for it lose no more."""
@@ -35,7 +35,7 @@ CONFIRM_NS = 2 * NANOSECONDS
 KEEP_NS = 30 * NANOSECONDS
 """After a longer gap in the IMU the phase is unknown: batteries are changed in a minute."""
 FRESH_NS = 2 * NANOSECONDS
-"""GPS and barometer older than this say nothing. Chosen, not swept."""
+"""GPS and barometer older than this are not used. Chosen, not swept."""
 STILL_SPEED, STILL_CLIMB = 1.0, 0.4
 """m/s: a vehicle on the ground shows less by GPS and by barometer (measured: 0.1 to 0.7, 0.1)."""
 REFERENCE_S = 30.0
@@ -47,7 +47,7 @@ SHARE = 0.3
 """At rest a deviation is nearer than this share (of the logarithms) to what it is at rest.
 Chosen, not swept."""
 APART = 2.0
-"""A deviation tells rest from flight if it is this many times larger in flight.
+"""A deviation separates rest from flight if it is this many times larger in flight.
 Chosen, not swept."""
 REST = (0.01, 0.05)
 """rad/s and m/s²: deviations at rest before any was seen, of the quietest recorded vehicle."""
@@ -56,7 +56,7 @@ DISTURBED = 0.03
 RESTLESS = 0.35
 """m/s²: the same for the specific force."""
 ASSUME_NS = 20 * NANOSECONDS
-"""A vehicle that shakes upright for this long is taken to fly where no barometer says how high it
+"""A vehicle that shakes upright for this long is taken to fly where no barometer shows how high it
 is, or where the monitor has just started, perhaps in a hover."""
 STEADY = math.cos(math.radians(20.0))
 """Mean lean over a second in a hover or a slow flight; a vehicle in a hand leans more.
@@ -90,7 +90,7 @@ EARTH_M = 6_371_000.0
 
 @dataclass(frozen=True)
 class FlightPhaseParameters(Parameters):
-    """What tells flight from the ground."""
+    """Evidence for flight or ground."""
 
     takeoff_height: float = param(
         1.5,

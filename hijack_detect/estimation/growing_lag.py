@@ -32,7 +32,7 @@ JUMP = 18.0
 
 
 class GrowingLag:
-    """The cost of each lag: what the differences seen so far say against its best history.
+    """The cost of each lag: what the differences seen so far cost against its best history.
 
     A history of the lag is a walk over the grid, no faster than GROWTH; its cost is the sum of the
     squares of the differences that were seen at its lags, in units of their usual variance. The

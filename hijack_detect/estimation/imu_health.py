@@ -29,13 +29,13 @@ PILE_UP, LEAST_REPEATS = 3, 3
 """Readings pile up at a limit: this many times as many as of the next value, and at least this
 many."""
 BESIDE = 20
-"""Steps of the sensor beside a limit whose readings say how often one value comes by chance. The
+"""Steps of the sensor beside a limit whose readings show how often one value comes by chance. The
 tail of a healthy sensor thins out, so that its last value comes less often than those."""
 BY_CHANCE = 4.0
 """Standard deviations of a Poisson count, and `LEAST_REPEATS` above it: about 1e-5 by chance. With
-less, an accelerometer that resolves 0.08 m/s² is said to clip for half of a flight."""
+less, an accelerometer that resolves 0.08 m/s² is taken to clip for half of a flight."""
 SETTLE_NS = 5 * NANOSECONDS
-"""The scale is not judged before so much was averaged."""
+"""The scale is not judged before this much was averaged."""
 SPREAD = 1.5
 """Standard deviations (at least of 0.5 m/s²) from the mean to a limit: the mode of a coarse but
 healthy sensor is nearer."""

@@ -124,7 +124,7 @@ class Scatter:
     """Standard deviation of innovations over a usual one, from 1 to a largest.
 
     The variance follows the squares of the innovations, faster up than down. It starts with the
-    worst that is told apart.
+    worst that is distinguished.
     """
 
     def __init__(
@@ -196,7 +196,7 @@ class LearnedLevel:
 
         Args:
             floor: Least part, below 1.
-            gain: The part is so many times the largest level.
+            gain: The part is this many times the largest level.
             ceiling: Largest part in flight, at least 1.
         """
         self._floor, self._gain = floor, gain

@@ -20,9 +20,9 @@ SHORT_NS = 10 * NANOSECONDS
 """Satellites and accuracy are poor if most fixes of this time are (PX4 waits as long for its own
 checks, EKF2_REQ_GPS_H): one fix behind a tree is no poor receiver."""
 LEAST_FIXES = 5
-"""Fewer fixes say nothing of satellites and accuracy. Chosen, not swept."""
+"""Fewer fixes show nothing of satellites and accuracy. Chosen, not swept."""
 SILENT_NS = 3 * NANOSECONDS // 2
-"""A receiver that sends nothing for so long has lost its fix: it sends one a second at least."""
+"""A receiver that sends nothing for this long has lost its fix: it sends one a second at least."""
 HOLE_NS = 2 * NANOSECONDS
 """A step of all stamps this long is a hole of the recording, of which nobody knows anything."""
 

@@ -22,7 +22,7 @@ from hijack_detect.logs.frames import (
     flu,
 )
 from hijack_detect.logs.logged import Logged, fix_sample
-from hijack_detect.streams.absence import UNKNOWN_COUNT
+from hijack_detect.streams.messages import UNKNOWN_COUNT
 from hijack_detect.streams.samples import (
     ImuSample,
     MagneticSample,

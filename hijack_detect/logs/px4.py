@@ -10,8 +10,7 @@ from typing import Any
 
 from hijack_detect.logs.frames import FIX_3D, GAUSS_T, enu, flu
 from hijack_detect.logs.logged import Logged, fix_sample
-from hijack_detect.streams.absence import UNKNOWN_COUNT
-from hijack_detect.streams.messages import BadMessage
+from hijack_detect.streams.messages import UNKNOWN_COUNT, BadMessage
 from hijack_detect.streams.samples import (
     ImuSample,
     MagneticSample,

@@ -19,7 +19,7 @@ from hijack_detect.detectors.likelihood import UNCALIBRATED, LikelihoodRatio, We
 from hijack_detect.parameters import ParameterError, Parameters
 
 if TYPE_CHECKING:
-    from hijack_detect.detectors.fusion_decisions import FusionParameters
+    from hijack_detect.detectors.likelihood import FusionParameters
 
 GENERIC_NODE = "hijack_detect.nodes.detector_node:DetectorNode"
 

@@ -1,15 +1,70 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""Parameter sets by name."""
+"""Parameters of a whole monitor, and the sets of them that have a name."""
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping, Sequence
-from typing import Any
+from dataclasses import dataclass, field
+from typing import Any, TypeVar
 
 from hijack_detect.detectors.fusion import Fusion
-from hijack_detect.monitor.graph import MonitorParameters
+from hijack_detect.detectors.likelihood import FusionParameters
 from hijack_detect.monitor.parts import PARTS, Part, added, own_part, weights
 from hijack_detect.parameters import ParameterError, Parameters
+
+P = TypeVar("P", bound=Parameters)
+
+
+@dataclass(frozen=True)
+class MonitorParameters:
+    """Which parts a monitor has, and the parameters of each.
+
+    Attributes:
+        values: Parameters by name of the part. What is not given has its defaults.
+        parts: The rows of the parts, those of the registry first.
+    """
+
+    values: Mapping[str, Parameters] = field(default_factory=dict)
+    parts: tuple[Part, ...] = PARTS
+
+    def __post_init__(self) -> None:
+        """Fill in the defaults."""
+        full = {
+            part.name: self.values[part.name] if part.name in self.values else part.parameters()
+            for part in self.parts
+        }
+        object.__setattr__(self, "values", full)
+
+    def __getitem__(self, name: str) -> Parameters:
+        """The parameters of a part, by its name."""
+        return self.values[name]
+
+    def of(self, kind: type[P]) -> P:
+        """The parameters of one kind, of the first part that has such."""
+        return next(one for one in self.values.values() if isinstance(one, kind))
+
+    @property
+    def fusion(self) -> FusionParameters:
+        """The parameters of the fusion."""
+        return self.of(FusionParameters)
+
+    @property
+    def detectors(self) -> tuple[str, ...]:
+        """Names of the parts that give verdicts."""
+        return tuple(part.name for part in self.parts if part.weight is not None)
+
+    def having(self, name: str, **changes: Any) -> MonitorParameters:
+        """These parameters with others of one part."""
+        changed = dataclasses.replace(self.values[name], **changes)
+        return dataclasses.replace(self, values={**self.values, name: changed})
+
+    def adding(
+        self, parts: Sequence[Part], values: Mapping[str, Parameters] | None = None
+    ) -> MonitorParameters:
+        """These with other detectors, to which the fusion does not subscribe."""
+        return MonitorParameters({**self.values, **(values or {})}, (*self.parts, *parts))
+
 
 POLICIES: Mapping[str, Mapping[str, Mapping[str, Any]]] = {
     "default": {},

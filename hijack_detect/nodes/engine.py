@@ -25,16 +25,17 @@ from rclpy.utilities import ok
 from sensor_msgs.msg import FluidPressure, Imu, MagneticField, NavSatFix
 from std_msgs.msg import UInt32
 
-from hijack_detect.monitor.graph import Monitor, MonitorParameters, input_names
+from hijack_detect.monitor.graph import Monitor, input_names
 from hijack_detect.monitor.parts import Part, load
+from hijack_detect.monitor.policies import MonitorParameters
 from hijack_detect.monitor.verdict_messages import verdict_from
 from hijack_detect.nodes.part_node import PartNode
 from hijack_detect.nodes.qos import INTERNAL, OVERRIDES, SENSOR
 from hijack_detect.nodes.running import SPIN_S, run
-from hijack_detect.streams.absence import Absence
 from hijack_detect.streams.cdr import FROM_BYTES, stamp_from_bytes
 from hijack_detect.streams.messages import (
     CONVERTERS,
+    Absence,
     BadMessage,
     header_stamp_ns,
     satellite_count,
@@ -259,9 +260,9 @@ class Engine:
         # What decides most goes out first: the alert does not wait for the verdicts behind it.
         for part, output in sorted(outputs, key=lambda one: self._order[one[0]]):
             self._nodes[part].publish(output)
-        while self._monitor.clock.said:
+        while self._monitor.clock.findings:
             first = next(iter(self._nodes.values()))
-            first.log.warning(self._monitor.clock.said.pop(0))
+            first.log.warning(self._monitor.clock.findings.pop(0))
 
     def _report_error(
         self, part: str, source: str, samples: Sequence[Any], error: Exception

@@ -22,7 +22,7 @@ from std_srvs.srv import Trigger
 
 from hijack_detect.contract import REPEAT_S
 from hijack_detect.detectors.fusion import SILENT_S, Fusion, FusionResult
-from hijack_detect.detectors.fusion_decisions import FusionParameters
+from hijack_detect.detectors.likelihood import FusionParameters
 from hijack_detect.detectors.verdict import State
 from hijack_detect.monitor.parts import Part, row_of, weights
 from hijack_detect.nodes.diagnostics import PublisherWatch

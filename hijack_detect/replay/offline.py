@@ -12,11 +12,12 @@ from hijack_detect.bags.reader import BagReader
 from hijack_detect.bags.samples import Rejected, read_samples
 from hijack_detect.detectors.fusion import FusionResult
 from hijack_detect.detectors.verdict import Verdict
-from hijack_detect.monitor.graph import Monitor, MonitorParameters
+from hijack_detect.monitor.graph import Monitor
+from hijack_detect.monitor.policies import MonitorParameters
 from hijack_detect.replay.truth import TruthTrack
 from hijack_detect.spoofing.scenario import Scenario
 from hijack_detect.spoofing.spoofer import Spoofer
-from hijack_detect.streams.absence import Absence
+from hijack_detect.streams.messages import Absence
 from hijack_detect.streams.samples import NANOSECONDS, FixSample, Sample
 
 LONGEST_RUN_NS = NANOSECONDS // 2

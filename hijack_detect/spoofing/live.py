@@ -16,9 +16,9 @@ from hijack_detect.spoofing.scenario import (
 )
 from hijack_detect.spoofing.schema import MAX_ACCURACY_M, MIN_ACCURACY_M
 from hijack_detect.spoofing.spoofer import RECENT, Spoofer
-from hijack_detect.streams.merge import RESTART_S
 from hijack_detect.streams.messages import MAX_SATELLITES, MAX_SPEED
 from hijack_detect.streams.samples import NANOSECONDS, FixSample, SatelliteSample, VelocitySample
+from hijack_detect.streams.silence import RESTART_S
 from hijack_detect.yaml_text import YamlTextError, plain_data
 
 SOFT = frozenset(

@@ -7,8 +7,8 @@ from typing import Any
 
 from hijack_detect.spoofing.live import LiveSpoofer
 from hijack_detect.spoofing.spoofer import Spoofer
-from hijack_detect.streams.absence import Absence
 from hijack_detect.streams.messages import (
+    Absence,
     fix_sample,
     header_stamp_ns,
     satellite_count,

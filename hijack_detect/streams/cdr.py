@@ -1,7 +1,7 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
 """Header stamps, and samples of a `sensor_msgs/Imu`, from CDR bytes without making the message.
 
-Four bytes of encapsulation precede the message (DDS-XTypes 7.6.2): two say how it is encoded, two
+Four bytes of encapsulation precede the message (DDS-XTypes 7.6.2): two are its encoding, two
 are options. `std_msgs/Header` begins with the stamp, and the layout of an Imu is fixed but for the
 length of the frame's name. Most of what a monitor subscribes to are IMU samples, and most of an Imu
 are covariances that nobody reads.

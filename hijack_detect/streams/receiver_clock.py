@@ -4,7 +4,7 @@
 A driver that stamps fixes and velocities with the receiver's own time hands on every step of it:
 a leap second, GPS time for UTC, a week, a spoofer with the wrong date. On stamps alone that is a
 gap, or a clock that was set back, and the merges would lose the receiver or the IMU. Here it is
-told apart by the stamps of the IMU that arrive meanwhile, which the receiver cannot move.
+distinguished by the stamps of the IMU that arrive meanwhile, which the receiver cannot move.
 
 What is assumed: on the way, messages of one input stay in order, and those of the receiver are
 early or late against the IMU's by less than half a step of up to 3 s, by less than 1.5 s at a
@@ -54,13 +54,13 @@ WHOLE_NS = 50_000_000
 """A step this close to whole seconds is one, as leap seconds, time zones and weeks are; of uneven
 stamps one within twice their deviation."""
 FAR = 50
-"""Intervals beyond which their errors add up to more than arrival tells."""
+"""Intervals beyond which their errors add up to more than arrival shows."""
 AGREE_NS = SMALLEST_NS
 LEAP_NS = 300_000_000
 """A reference that leaps by this had a hole, or was set itself. Chosen, not swept."""
 
-Passed: TypeAlias = tuple[str, Any, Any]
-"""Input, sample, and what was handed over with it."""
+Passed: TypeAlias = tuple[str, Any]
+"""Input and sample."""
 
 
 @dataclass
@@ -70,7 +70,7 @@ class _Trial:
     before_ns: int | None
     """Stamp before it; None where the input begins."""
     opened_ns: int | None
-    """What the IMU's clock said when it was opened."""
+    """Time of the IMU's clock when it was opened."""
     seen: list[tuple[int, int | None]] = field(default_factory=list)
     """Stamps, and how old each was when it arrived, on the offset so far."""
 
@@ -102,7 +102,7 @@ class _Input:
     latest_ns: int | None = None
     """Newest stamp let through, with its offset taken off."""
     reference_ns: int | None = None
-    """What the IMU's clock said then."""
+    """Time of the IMU's clock then."""
     intervals: deque[int] = field(default_factory=lambda: deque(maxlen=KEPT))
     ages: deque[int] = field(default_factory=lambda: deque(maxlen=KEPT))
     trial: _Trial | None = None
@@ -112,7 +112,6 @@ class _Input:
 class _Held:
     name: str
     sample: Any
-    carried: Any
     age_ns: int | None
     reference_ns: int | None
     before_ns: int
@@ -127,19 +126,19 @@ class ReceiverClock:
     A sample of the receiver whose stamp is not where it was due, while the IMU's clock did not
     move as far, is held for about a second, with what follows of the receiver. If the new level
     lasts, it is a step: from there on `stamp_ns` is put back on the old level and
-    `clock_offset_ns` says what was taken off. If not, all goes on untouched, as any other stamp.
+    `clock_offset_ns` is what was taken off. If not, all goes on untouched, as any other stamp.
     The same is done at the start with an input that is more than 2 s off the IMU: of a constant
-    offset only arrival tells how large it is, so it is known to whole seconds, or else to 0.1 s.
+    offset only arrival shows how large it is, so it is known to whole seconds, or else to 0.1 s.
 
     Attributes:
         refused: Samples left out, by reason.
-        said: What was found since it was last emptied by its owner, in words.
+        findings: What was found, in words, until its owner takes it off.
     """
 
     def __init__(self) -> None:
         """Start without samples."""
         self.refused: Counter[str] = Counter()
-        self.said: list[str] = []
+        self.findings: list[str] = []
         self._inputs = {name: _Input() for name in STAMPED}
         self._reference_ns: int | None = None
         self._intervals: deque[int] = deque([0], maxlen=KEPT)
@@ -148,24 +147,23 @@ class ReceiverClock:
         self._offsets: deque[tuple[int, int]] = deque(maxlen=4 * KEPT)
         """Stamps of the newest fixes as they came, and what was taken off them."""
 
-    def push(self, name: str, sample: Any, carried: Any = None) -> list[Passed]:
+    def push(self, name: str, sample: Any) -> list[Passed]:
         """Take one sample; return what goes on, in order of arrival.
 
         Args:
             name: The input; those that are neither receiver nor IMU go through.
             sample: Has `stamp_ns`, or goes through.
-            carried: Handed on with it.
         """
         if name == REFERENCE:
-            return [*self._heard_reference(sample.stamp_ns), (name, sample, carried)]
+            return [*self._take_reference(sample.stamp_ns), (name, sample)]
         if name in self._inputs:
-            return self._heard(name, sample, carried)
+            return self._take(name, sample)
         if name == SATELLITES and hasattr(sample, "stamp_ns"):
             if not self._held:
-                return [(name, self._follows_fix(sample), carried)]
-            self._held.append(_Held(name, sample, carried, None, None, 0))
+                return [(name, self._follows_fix(sample))]
+            self._held.append(_Held(name, sample, None, None, 0))
             return []
-        return [(name, sample, carried)]
+        return [(name, sample)]
 
     def push_run(self, name: str, samples: Sequence[Any]) -> Iterable[tuple[str, Sequence[Any]]]:
         """Take successive samples of one input; return runs of what goes on."""
@@ -178,7 +176,7 @@ class ReceiverClock:
             return [(name, samples)]
         runs: list[tuple[str, list[Any]]] = []
         for sample in samples:
-            for of, one, _ in self.push(name, sample):
+            for of, one in self.push(name, sample):
                 if not runs or runs[-1][0] != of:
                     runs.append((of, []))
                 runs[-1][1].append(one)
@@ -186,9 +184,9 @@ class ReceiverClock:
 
     def note_reference(self, stamp_ns: int) -> list[Passed]:
         """Take only the stamp of an IMU sample, which itself goes another way."""
-        return self._heard_reference(stamp_ns)
+        return self._take_reference(stamp_ns)
 
-    def _heard_reference(self, stamp_ns: int) -> list[Passed]:
+    def _take_reference(self, stamp_ns: int) -> list[Passed]:
         before_ns, self._reference_ns = self._reference_ns, stamp_ns
         usual_ns, interval_ns = self._intervals[-1], stamp_ns - (before_ns or stamp_ns)
         self._intervals.append(interval_ns)
@@ -213,7 +211,7 @@ class ReceiverClock:
                     trial.opened_ns, trial.seen = self._reference_ns, []
             elif not self._is_step(source, *self._moved(source, trial, [age_ns])):
                 source.trial = None
-            else:  # how old the stamps before were nobody can tell
+            else:  # the age of the stamps before is unknown
                 trial.opened_ns = self._reference_ns
                 trial.seen = [
                     *((one_ns, None) for one_ns, _ in trial.seen[:-1]),
@@ -223,12 +221,12 @@ class ReceiverClock:
                     ),
                 ]
 
-    def _heard(self, name: str, sample: Any, carried: Any) -> list[Passed]:
+    def _take(self, name: str, sample: Any) -> list[Passed]:
         source, stamp_ns = self._inputs[name], sample.stamp_ns
         reference_ns, age_ns = self._reference_ns, None
         if reference_ns is not None:
             age_ns = reference_ns - (stamp_ns - source.offset_ns)
-        held = _Held(name, sample, carried, age_ns, reference_ns, source.offset_ns)
+        held = _Held(name, sample, age_ns, reference_ns, source.offset_ns)
         if source.trial is not None:
             held.tried = self._goes_on(source, source.trial, name, stamp_ns, age_ns)
         elif self._is_suspect(source, stamp_ns - source.offset_ns, age_ns):
@@ -327,7 +325,7 @@ class ReceiverClock:
             what = f"{name}: the receiver's time stepped by {stepped_ns / NANOSECONDS:+.1f} s"
         else:
             what = f"{name}: stamped {seconds_off(offset_ns)} of the IMU from the start"
-        self.said.append(f"{what}; taken off its stamps: {offset_ns / NANOSECONDS:.1f} s")
+        self.findings.append(f"{what}; taken off its stamps: {offset_ns / NANOSECONDS:.1f} s")
         source.begun = True
         self.refused[f"{name}: stamp unclear while the receiver's time stepped"] += sum(
             one.dropped for one in mine
@@ -355,7 +353,7 @@ class ReceiverClock:
         return 0 if abs(offset_ns) < SMALLEST_NS else offset_ns
 
     def _stands(self, trial: _Trial) -> bool:
-        """Whether the IMU's clock did not move meanwhile: then it tells nothing."""
+        """Whether the IMU's clock did not move meanwhile: then it shows nothing."""
         if self._reference_ns is None or trial.opened_ns is None:
             return True
         return abs(self._reference_ns - trial.opened_ns) < trial.enough_ns // 2
@@ -365,7 +363,7 @@ class ReceiverClock:
 
         A stamp is `off_ns` from where it was due by the input's own interval, and `shift_ns` ahead
         of where it was due on the IMU's clock: 0 if samples were lost, `off_ns` if the time
-        stepped. What the ages differ by anyway, or a slow IMU tells too coarsely, is no step.
+        stepped. What the ages differ by anyway, or a slow IMU shows too coarsely, is no step.
         """
         if abs(shift_ns) >= LATE_NS:
             return True
@@ -382,7 +380,7 @@ class ReceiverClock:
 
     def _let_through(self, held: _Held) -> Passed:
         if held.name == SATELLITES:
-            return held.name, self._follows_fix(held.sample), held.carried
+            return held.name, self._follows_fix(held.sample)
         source = self._inputs[held.name]
         offset_ns = source.offset_ns if held.tried else held.before_ns
         stamp_ns = held.sample.stamp_ns - offset_ns
@@ -395,7 +393,7 @@ class ReceiverClock:
         source.latest_ns, source.reference_ns = stamp_ns, held.reference_ns
         if held.name == STAMPED[0]:
             self._offsets.append((held.sample.stamp_ns, offset_ns))
-        return held.name, _shifted(held.sample, offset_ns), held.carried
+        return held.name, _shifted(held.sample, offset_ns)
 
     def _follows_fix(self, sample: Any) -> Any:
         """A number of satellites with the offset of its fix."""
@@ -411,7 +409,7 @@ def seconds_off(offset_ns: int) -> str:
 
 
 def _size(off_ns: int, shift_ns: int, intervals: Iterable[int]) -> int:
-    """Size of a step: what the stamps say, less the samples lost at it, which arrival counts."""
+    """Size of a step: by the stamps, less the samples lost at it, which arrival counts."""
     intervals = list(intervals)
     usual_ns = _median(intervals)
     uneven_ns = max(WHOLE_NS, 2 * _median(abs(one_ns - usual_ns) for one_ns in intervals))

@@ -177,7 +177,7 @@ class PhaseSample:
 
 
 GpsSample: TypeAlias = FixSample | VelocitySample | SatelliteSample
-"""What a GPS receiver says."""
+"""A sample of a GPS receiver."""
 
 Sample: TypeAlias = (
     ImuSample

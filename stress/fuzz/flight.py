@@ -17,7 +17,8 @@ from hijack_detect.bags.samples import CONVERT
 from hijack_detect.detectors.fusion import FusionResult
 from hijack_detect.detectors.verdict import Verdict
 from hijack_detect.evaluation.trials.cases import flight_samples
-from hijack_detect.monitor.graph import Monitor, MonitorParameters
+from hijack_detect.monitor.graph import Monitor
+from hijack_detect.monitor.policies import MonitorParameters
 from hijack_detect.replay.offline import outputs_of
 from hijack_detect.simulation.flight import generate_flight
 from hijack_detect.simulation.plan import FlightPlan

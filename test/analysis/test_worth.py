@@ -16,7 +16,7 @@ from hijack_detect.analysis.analysis import Analysis, Outcome
 from hijack_detect.analysis.worth import not_judged, sensor_notes, visible
 from hijack_detect.bags.reader import BagReader, RawMessage
 from hijack_detect.detectors.fusion import Fusion
-from hijack_detect.detectors.fusion_decisions import FusionParameters
+from hijack_detect.detectors.likelihood import FusionParameters
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.monitor.parts import DETECTORS, WEIGHTS
 from hijack_detect.monitor.policies import policy_parameters

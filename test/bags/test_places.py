@@ -14,7 +14,7 @@ from hijack_detect.bags.errors import BagError
 from hijack_detect.bags.reader import BagReader, place
 from hijack_detect.evaluation.scores.evaluate import run_case
 from hijack_detect.evaluation.trials.corpus import corpus_cases
-from hijack_detect.monitor.graph import MonitorParameters
+from hijack_detect.monitor.policies import MonitorParameters
 
 pytest.importorskip("upath", reason="the extra corpora is not installed")
 

@@ -18,9 +18,8 @@ from hijack_detect.cli.parameter_files import (
     node_file,
     parameter_file,
 )
-from hijack_detect.monitor.graph import MonitorParameters
 from hijack_detect.monitor.parts import PARTS
-from hijack_detect.monitor.policies import POLICIES, policy_parameters
+from hijack_detect.monitor.policies import POLICIES, MonitorParameters, policy_parameters
 from hijack_detect.parameters import ParameterError
 
 CONFIG = ROOT / "config"

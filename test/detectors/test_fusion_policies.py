@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hijack_detect.detectors.fusion import Fusion, FusionResult
-from hijack_detect.detectors.fusion_decisions import FusionParameters
 from hijack_detect.detectors.likelihood import (
     UNCALIBRATED,
+    FusionParameters,
     LikelihoodRatio,
     RecentPeak,
     Weight,

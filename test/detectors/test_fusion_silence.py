@@ -4,7 +4,7 @@
 import math
 
 from hijack_detect.detectors.fusion import Fusion, FusionResult
-from hijack_detect.detectors.fusion_decisions import FusionParameters
+from hijack_detect.detectors.likelihood import FusionParameters
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.monitor.parts import WEIGHTS
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.evaluation.trials.protocols import hard_case
-from hijack_detect.monitor.graph import MonitorParameters
+from hijack_detect.monitor.policies import MonitorParameters
 from hijack_detect.replay.offline import OfflineRun
 from hijack_detect.simulation.plan import FlightPlan
 from hijack_detect.streams.samples import NANOSECONDS, AttitudeSample

@@ -10,7 +10,8 @@ from typing import Any
 import pytest
 
 from hijack_detect.detectors.verdict import State
-from hijack_detect.monitor.graph import Monitor, MonitorParameters, Stage
+from hijack_detect.monitor.graph import Monitor, Stage
+from hijack_detect.monitor.policies import MonitorParameters
 from hijack_detect.simulation.flight import Flight
 from hijack_detect.streams.samples import FixSample, Sample, VelocitySample
 

@@ -11,8 +11,9 @@ import pytest
 from ros import ROOT
 
 from hijack_detect.detectors.likelihood import SOURCES_OF_ERROR
-from hijack_detect.monitor.graph import Monitor, MonitorParameters
+from hijack_detect.monitor.graph import Monitor
 from hijack_detect.monitor.parts import DETECTORS, PARTS, Part, load
+from hijack_detect.monitor.policies import MonitorParameters
 from hijack_detect.parameters import Parameters
 
 SENSORS = ("imu", "fix", "velocity", "satellites", "mag", "pressure")

@@ -6,8 +6,7 @@ from __future__ import annotations
 import pytest
 
 from hijack_detect.detectors.correlation import CorrelationParameters
-from hijack_detect.monitor.graph import MonitorParameters
-from hijack_detect.monitor.policies import from_nodes, policy_parameters
+from hijack_detect.monitor.policies import MonitorParameters, from_nodes, policy_parameters
 from hijack_detect.parameters import ParameterError
 
 

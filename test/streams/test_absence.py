@@ -8,7 +8,7 @@ import math
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hijack_detect.streams.absence import (
+from hijack_detect.streams.messages import (
     HEIGHT,
     REPEATS,
     SATELLITES,

@@ -19,7 +19,7 @@ from hijack_detect.evaluation.scores.watch import FlightWatch, GroupWatch, watch
 from hijack_detect.evaluation.trials.cases import BagCase, Case, class_of
 from hijack_detect.evaluation.trials.corpus import corpus_cases
 from hijack_detect.evaluation.trials.parallel import HERE, Failure, Pool, map_cases
-from hijack_detect.monitor.graph import MonitorParameters
+from hijack_detect.monitor.policies import MonitorParameters
 from hijack_detect.spoofing.scenario import Scenario
 from hijack_detect.streams.samples import NANOSECONDS, Sample
 

@@ -19,15 +19,14 @@ import numpy as np
 import numpy.typing as npt
 
 from hijack_detect.detectors.fusion import Fusion, FusionResult
-from hijack_detect.detectors.fusion_decisions import FusionParameters
 from hijack_detect.detectors.ins_position import InsPosition
 from hijack_detect.detectors.kld import KldDetector
+from hijack_detect.detectors.likelihood import FusionParameters
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.evaluation.scores.model import Model
 from hijack_detect.evaluation.trials.cases import CaseRun
-from hijack_detect.monitor.graph import MonitorParameters
 from hijack_detect.monitor.parts import DETECTORS, PUBLISHED, WEIGHTS, own_part
-from hijack_detect.monitor.policies import policy_parameters
+from hijack_detect.monitor.policies import MonitorParameters, policy_parameters
 from hijack_detect.replay.offline import OfflineRun
 from hijack_detect.replay.truth import Attack, alert_is_right
 from hijack_detect.streams.samples import NANOSECONDS

@@ -14,7 +14,8 @@ from hijack_detect.analysis.log_clock import LogClock
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.estimation.geodesy import separation_m
 from hijack_detect.logs.formats import opened
-from hijack_detect.monitor.graph import Monitor, MonitorParameters
+from hijack_detect.monitor.graph import Monitor
+from hijack_detect.monitor.policies import MonitorParameters
 from hijack_detect.replay.offline import OfflineRun, run_offline, run_samples
 from hijack_detect.replay.truth import Attack, attack_times, known_attack, truth_track
 from hijack_detect.simulation.flight import Flight, generate_flight

@@ -9,7 +9,8 @@ from typing import Any
 
 from hijack_detect.detectors.verdict import Verdict
 from hijack_detect.evaluation.trials.cases import Case
-from hijack_detect.monitor.graph import Component, MonitorParameters, Stage
+from hijack_detect.monitor.graph import Component, Stage
+from hijack_detect.monitor.policies import MonitorParameters
 from hijack_detect.replay.truth import Attack
 from hijack_detect.streams.samples import (
     NANOSECONDS,

@@ -12,7 +12,7 @@ from hijack_detect.evaluation.scores.evaluate import run_cases
 from hijack_detect.evaluation.scores.metrics import FlightOutcome, Proportion, summarise
 from hijack_detect.evaluation.trials.cases import HIJACKED, SimulatedCase
 from hijack_detect.evaluation.trials.parallel import HERE, Failure, Pool
-from hijack_detect.monitor.graph import MonitorParameters
+from hijack_detect.monitor.policies import MonitorParameters
 from hijack_detect.simulation.plan import FlightPlan, forward_end_s, forward_start_s
 from hijack_detect.spoofing.scenario import Scenario, parse_scenario
 

@@ -13,7 +13,8 @@ from hijack_detect.evaluation.trials.cases import HIJACKED, Case, class_of
 from hijack_detect.evaluation.trials.parallel import HERE, Failure, Pool, map_cases
 from hijack_detect.evaluation.trials.recorded import Recorded, judge
 from hijack_detect.evaluation.trials.recorded import record as record_flight
-from hijack_detect.monitor.graph import MonitorParameters, component_of
+from hijack_detect.monitor.graph import component_of
+from hijack_detect.monitor.policies import MonitorParameters
 from hijack_detect.replay.truth import Attack, alert_is_right
 
 CLEAN = "non-hijacked"

@@ -22,7 +22,7 @@ from hijack_detect.detectors.persistence import Persistence
 from hijack_detect.detectors.verdict import JUDGED, Verdict
 from hijack_detect.evaluation.scores.metrics import Rate
 from hijack_detect.evaluation.trials.recorded import Recorded, judge
-from hijack_detect.monitor.graph import MonitorParameters
+from hijack_detect.monitor.policies import MonitorParameters
 from hijack_detect.replay.truth import detector_outcome
 
 Counted: TypeAlias = Callable[[Recorded, MonitorParameters, Sequence[float]], "Alarms"]

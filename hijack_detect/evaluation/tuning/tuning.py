@@ -25,8 +25,7 @@ from hijack_detect.evaluation.trials.parallel import HERE, Failure, Pool, map_ca
 from hijack_detect.evaluation.trials.recorded import Recorded, record
 from hijack_detect.evaluation.tuning.noise import ImuNoise, Lag, gps_lag, imu_noise, middle_half
 from hijack_detect.evaluation.tuning.thresholds import TUNABLES, Choice, FlightAlarms, Kept, choose
-from hijack_detect.monitor.graph import MonitorParameters
-from hijack_detect.monitor.policies import POLICIES
+from hijack_detect.monitor.policies import POLICIES, MonitorParameters
 from hijack_detect.spoofing.scenario import Scenario
 from hijack_detect.streams.samples import NANOSECONDS, FixSample
 

@@ -20,7 +20,7 @@ from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.evaluation.trials.cases import BagCase
 from hijack_detect.evaluation.trials.families import CLEAN
 from hijack_detect.evaluation.trials.limits import limits
-from hijack_detect.monitor.graph import MonitorParameters
+from hijack_detect.monitor.policies import MonitorParameters
 from hijack_detect.replay.offline import OfflineRun
 
 SECOND = 1_000_000_000

@@ -6,7 +6,7 @@ from __future__ import annotations
 import pytest
 
 from hijack_detect.detectors.fusion import FusionResult
-from hijack_detect.detectors.fusion_decisions import FusionParameters
+from hijack_detect.detectors.likelihood import FusionParameters
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.evaluation.scores.evaluate import run_case
 from hijack_detect.evaluation.scores.methods import (

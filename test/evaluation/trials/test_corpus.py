@@ -14,7 +14,7 @@ from small_bags import SPOOF_TEXT, flag, flight, write
 from hijack_detect.bags.errors import BagError
 from hijack_detect.evaluation.scores.evaluate import run_case
 from hijack_detect.evaluation.trials.corpus import bag_paths, corpus_cases
-from hijack_detect.monitor.graph import MonitorParameters
+from hijack_detect.monitor.policies import MonitorParameters
 from hijack_detect.spoofing.scenario import parse_scenario
 
 SITL = ROOT.parent / "shared" / "flights" / "sitl"

@@ -18,7 +18,7 @@ from hijack_detect.bags.reader import BagReader
 from hijack_detect.evaluation.scores.methods import with_baselines
 from hijack_detect.evaluation.trials.cases import BagCase
 from hijack_detect.evaluation.trials.families import FAMILIES, Size, jump, scenario_of
-from hijack_detect.monitor.graph import MonitorParameters
+from hijack_detect.monitor.policies import MonitorParameters
 from hijack_detect.replay.offline import OfflineRun
 from hijack_detect.spoofing.scenario import Scenario, ScenarioError
 from hijack_detect.streams.samples import NANOSECONDS

@@ -9,7 +9,8 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from hijack_detect.streams.merge import SENSOR_PATIENCE_S, StreamMerge
+from hijack_detect.monitor.graph import StreamMerge
+from hijack_detect.streams.silence import SENSOR_PATIENCE_S
 
 MS = 1_000_000
 NAMES = ("a", "b", "c")
