@@ -36,6 +36,9 @@ STANDS_ON: Mapping[str, tuple[str, ...]] = {
 }
 """Each folder and each file at the top of the package, and what lies directly below it."""
 
+MODULES = sorted(PACKAGE.rglob("*.py"))
+LONGEST = 500
+
 WITH_ROS = {"nodes", "cli"}
 ROS = {"launch", "launch_ros", "rosidl_runtime_py"}
 
@@ -96,3 +99,8 @@ def test_only_nodes_and_commands_need_ros(room: str) -> None:
 
 def test_the_nodes_need_ros_so_that_the_test_above_can_fail() -> None:
     assert any(needs_ros(name) for _, name in imported("nodes"))
+
+
+def test_a_file_is_one_thing_of_at_most_500_lines() -> None:
+    lengths = {path: len(path.read_text(encoding="utf-8").splitlines()) for path in MODULES}
+    assert {path.name: lines for path, lines in lengths.items() if lines > LONGEST} == {}

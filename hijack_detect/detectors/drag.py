@@ -15,10 +15,9 @@ from hijack_detect.detectors.input_watch import REPEAT_NS, InputWatch, patience
 from hijack_detect.detectors.persistence import Persistence
 from hijack_detect.detectors.verdict import State, Verdict
 from hijack_detect.estimation.drag_filter import (
-    BIAS,
     DRAG,
-    WIND,
     AirBlock,
+    Checkpoint,
     DragFilter,
     DragNoise,
     WindChange,
@@ -26,7 +25,7 @@ from hijack_detect.estimation.drag_filter import (
     first_drag_sigma,
     first_quadratic_sigma,
 )
-from hijack_detect.estimation.motion import GpsMotion, Motion
+from hijack_detect.estimation.motion import GpsMotion, Motion, climb_between
 from hijack_detect.parameters import Parameters, param
 from hijack_detect.streams.samples import (
     NANOSECONDS,
@@ -275,14 +274,6 @@ KNOWN_TURN = 0.35
 holds for an error of the velocity up to this."""
 RELEASE = 0.8
 """Parameters that are kept are given up below this share of the limit. Chosen, not swept."""
-LOADS = (4.0, 20.0)
-"""m/s²; outside, the vehicle falls or tumbles. Chosen, not swept."""
-
-
-@dataclass(frozen=True, slots=True)
-class _Checkpoint:
-    stamp_ns: int
-    filter: DragFilter
 
 
 class DragDetector:
@@ -315,18 +306,18 @@ class DragDetector:
         self._blocks = BlockBuilder(p.block_s, p.max_gap_s, p.gps_lag_s)
         self._phase = FlightPhase(p.moving_speed, p.still_share)
         self._filter = DragFilter(p.noise)
-        self._checkpoints: deque[_Checkpoint] = deque()
+        self._checkpoints: deque[Checkpoint] = deque()
         self._recent: deque[AirBlock] = deque()
         self._errors: deque[tuple[int, float]] = deque()
         """Stamps, and how far the velocity in the body's axes may be off for the heading, m/s."""
-        self._kept: _Checkpoint | None = None
+        self._kept: Checkpoint | None = None
         self._last_ns: int | None = None
         self._persistence = Persistence(p.persist_s)
         self._gate = FlightGate()
         self._watch = InputWatch(("attitude", "GPS velocity"))
         self._gps = GpsMotion(p.max_gap_s)
         self._climb = 0.0
-        self._told_ns: int | None = None
+        self._verdict_ns: int | None = None
         """Stamp of the last verdict."""
 
     def update(
@@ -343,18 +334,11 @@ class DragDetector:
             return self._cannot_tell(sample.stamp_ns) if due else None
         if isinstance(sample, VelocitySample):
             return self._moved(self._gps.velocity(sample))
-        self._climb = self._climb_between(self._gps.last_fix, sample)
+        self._climb = climb_between(self._gps.last_fix, sample)
         motion = self._gps.fix(sample)
         if motion is None or self._gps.measured(sample.stamp_ns):
             return None
         return self._moved(motion)
-
-    def _climb_between(self, previous: FixSample | None, fix: FixSample) -> float:
-        """Climb from one fix to the next, m/s; 0 where it is not known."""
-        if previous is None or not (fix.has_fix and fix.has_altitude and previous.has_altitude):
-            return 0.0
-        dt_ns = fix.stamp_ns - previous.stamp_ns
-        return (fix.altitude_m - previous.altitude_m) * NANOSECONDS / dt_ns if dt_ns else 0.0
 
     def _moved(self, motion: Motion) -> Verdict | None:
         """Take a velocity; a climb that was not measured is that of the fixes, or 0.
@@ -371,7 +355,7 @@ class DragDetector:
         if self._last_ns is not None and stamp_ns - self._last_ns >= self._gap_ns:
             self._forget_wind()
             self._last_ns = stamp_ns
-        last = self._told_ns
+        last = self._verdict_ns
         if last is not None and stamp_ns - last < REPEAT_NS:
             return None
         return self._cannot_tell(stamp_ns)
@@ -386,7 +370,7 @@ class DragDetector:
 
     def _no_score(self, stamp_ns: int, state: State, reason: str) -> Verdict:
         self._persistence.reset()
-        self._told_ns = stamp_ns
+        self._verdict_ns = stamp_ns
         return Verdict(self.NAME, stamp_ns, state, 0.0, self._parameters.least_limit, reason)
 
     def _forget_wind(self) -> None:
@@ -401,7 +385,7 @@ class DragDetector:
         p, stamp = self._parameters, block.air.stamp_ns
         if self._last_ns is not None and stamp - self._last_ns > self._gap_ns:
             self._forget_wind()
-        self._last_ns = self._told_ns = stamp
+        self._last_ns = self._verdict_ns = stamp
         if self._phase.update(block):
             self._forget_wind()
         blocked = self._gate.blocked(stamp)
@@ -436,7 +420,7 @@ class DragDetector:
         sigma = math.degrees(math.sqrt(block.heading_variance))
         if sigma > p.max_heading_sigma_deg:
             return f"heading known to {min(sigma, 180.0):.0f}° only"
-        if not LOADS[0] < block.load < LOADS[1]:
+        if block.tumbles:
             return f"specific force of {block.load:.0f} m/s²: falling or tumbling"
         return None
 
@@ -449,12 +433,12 @@ class DragDetector:
             self._recent.popleft()
         checkpoints = self._checkpoints
         if not checkpoints or stamp - checkpoints[-1].stamp_ns >= CHECKPOINT_NS:
-            checkpoints.append(_Checkpoint(stamp, self._filter.copy()))
+            checkpoints.append(Checkpoint(stamp, self._filter.copy()))
         oldest_ns = stamp - round(p.frozen_s * NANOSECONDS)
         while len(checkpoints) > 1 and checkpoints[1].stamp_ns <= oldest_ns:
             checkpoints.popleft()
 
-    def _reference(self, stamp_ns: int) -> _Checkpoint | None:
+    def _reference(self, stamp_ns: int) -> Checkpoint | None:
         """The parameters to compare with; None in the first time of a flight."""
         p, oldest = self._parameters, self._checkpoints[0]
         kept = self._kept
@@ -478,7 +462,7 @@ class DragDetector:
             return f"drag is not learnt yet: {drag:.2f} ± {learnt.drag_sigma:.2f} 1/s"
         return None
 
-    def _judge(self, stamp_ns: int, reference: _Checkpoint, change: WindChange) -> Verdict:
+    def _judge(self, stamp_ns: int, reference: Checkpoint, change: WindChange) -> Verdict:
         p, before = self._parameters, reference.filter
         turned = max(error for _, error in self._errors)
         grown = p.heading_gain * math.sqrt(max(0.0, turned**2 - KNOWN_TURN**2))
@@ -492,7 +476,7 @@ class DragDetector:
             limit,
             f"The GPS velocity needs a wind change of {change.size:.1f} m/s in "
             f"{(stamp_ns - reference.stamp_ns) / NANOSECONDS:.0f} s (limit {limit:.1f})",
-            self._values(before, change),
+            {"wind_change": change.size, "sigma": change.sigma, **before.figures()},
         )
         if (change.sigma_along if over else change.sigma) > p.max_sigma:
             self._kept = None
@@ -507,18 +491,3 @@ class DragDetector:
         elif change.size < RELEASE * limit:
             self._kept = None
         return replace(verdict, state=self._persistence.state(stamp_ns, over))
-
-    def _values(self, before: DragFilter, change: WindChange) -> dict[str, float]:
-        """Wind, drag and bias from before the change, and the change."""
-        east, north = before.state[WIND].tolist()
-        bias_x, bias_y = before.state[BIAS].tolist()
-        return {
-            "wind_change": change.size,
-            "sigma": change.sigma,
-            "wind_speed": before.wind_speed,
-            "wind_east": east,
-            "wind_north": north,
-            "drag": float(before.state[DRAG]),
-            "bias_x": bias_x,
-            "bias_y": bias_y,
-        }

@@ -60,6 +60,8 @@ class FlightPhase:
         return changed
 
 
+LOADS = (4.0, 20.0)
+"""m/s²; outside, the vehicle falls or tumbles. Chosen, not swept."""
 JITTER_S = 0.05
 """A block is full when it is short of its length by no more than this. Chosen, not swept."""
 
@@ -84,6 +86,11 @@ class FlightBlock:
     load: float
     shaking: float
     heading_variance: float
+
+    @property
+    def tumbles(self) -> bool:
+        """Whether the vehicle falls or tumbles by its load."""
+        return not LOADS[0] < self.load < LOADS[1]
 
 
 class BlockBuilder:

@@ -234,6 +234,19 @@ class DragFilter:
         self._force = ForceNoise(n)
         self._walk = np.diag(np.square(n.walks))
 
+    def figures(self) -> dict[str, float]:
+        """Wind, drag and bias by name, as a verdict has them."""
+        east, north = self.state[WIND].tolist()
+        bias_x, bias_y = self.state[BIAS].tolist()
+        return {
+            "wind_speed": self.wind_speed,
+            "wind_east": east,
+            "wind_north": north,
+            "drag": float(self.state[DRAG]),
+            "bias_x": bias_x,
+            "bias_y": bias_y,
+        }
+
     def copy(self) -> DragFilter:
         """A filter that goes on from here by itself."""
         other = DragFilter(self._noise)
@@ -314,6 +327,14 @@ class DragFilter:
             right = known @ first + np.einsum("n,nij,ni->j", weight, h, target)
             x = np.linalg.solve(information, right)
         return WindChange(x[6:], np.linalg.inv(information)[6:, 6:])
+
+
+@dataclass(frozen=True, slots=True)
+class Checkpoint:
+    """A copy of the filter at a stamp, ns."""
+
+    stamp_ns: int
+    filter: DragFilter
 
 
 def _linearized(state: Array, turn: Array, velocity: Array, force: Array) -> tuple[Array, Array]:

@@ -72,3 +72,11 @@ class GpsMotion:
         """Whether the receiver's own velocities are the ones to use at a stamp."""
         last = self._velocity_ns
         return last is not None and stamp_ns - last <= self._patience_ns
+
+
+def climb_between(previous: FixSample | None, fix: FixSample) -> float:
+    """Climb from one fix to the next, m/s; 0 where it is not known."""
+    if previous is None or not (fix.has_fix and fix.has_altitude and previous.has_altitude):
+        return 0.0
+    dt_ns = fix.stamp_ns - previous.stamp_ns
+    return (fix.altitude_m - previous.altitude_m) * NANOSECONDS / dt_ns if dt_ns else 0.0
