@@ -208,9 +208,12 @@ class Engine:
         )
 
     def _take_time(self, data: bytes) -> None:
-        stamp_ns = stamp_from_bytes(data)
-        if stamp_ns is None:
-            stamp_ns = header_stamp_ns(deserialize_message(data, Imu))
+        try:
+            stamp_ns = stamp_from_bytes(data)
+            if stamp_ns is None:
+                stamp_ns = header_stamp_ns(deserialize_message(data, Imu))
+        except Exception:  # bytes that are no message: the nodes that use the IMU report it
+            return
         self._publish(self._monitor.note_time(stamp_ns))
 
     def take(self, name: str, received: Any, published_ns: int = 0) -> None:
@@ -221,10 +224,19 @@ class Engine:
             received: The message.
             published_ns: Source time of the message, where one is needed.
         """
-        readers = self._readers[name]
         sample = self._converted(name, received)
         if sample is None:
             return
+        try:
+            self._push(name, sample, published_ns)
+        except Exception as error:
+            if not ok():
+                raise
+            why, topic = f"internal error: {error!r}", self._inputs[name].topic
+            self._readers[name][0].reject(name, lambda: repr(sample), why, topic)
+
+    def _push(self, name: str, sample: Any, published_ns: int) -> None:
+        readers = self._readers[name]
         for reader in readers:
             reader.note(name)
         absence = self._absence[name]
