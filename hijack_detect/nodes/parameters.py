@@ -82,7 +82,7 @@ def descriptor(field: dataclasses.Field[Any], *, read_only: bool) -> ParameterDe
     unit = f" [{meta['unit']}]" if meta["unit"] else ""
     source = f" Source: {meta['source']}."
     result = ParameterDescriptor(
-        description=meta["doc"] + unit + source, read_only=read_only or meta["fixed"]
+        description=meta["doc"] + source + unit, read_only=read_only or meta["fixed"]
     )
     result.additional_constraints = (
         "one of: " + ", ".join(meta["choices"]) if meta["choices"] else ""

@@ -79,7 +79,10 @@ def record(case: Case, parameters: MonitorParameters) -> Recorded:
 
 
 def judge(recorded: Recorded, make: Callable[[], Component]) -> list[Verdict]:
-    """Run one detector over a recorded flight: as in the monitor."""
+    """Run one detector over a recorded flight: as in the monitor, but for its last verdicts.
+
+    Only the monitor knows that no input brings anything more.
+    """
     stage = Stage(make)
     return [
         verdict
