@@ -41,7 +41,7 @@ motion in between is unknown."""
 JUMPED = 14.0
 """χ² of two axes, 3.7 standard deviations: one fix in a thousand of Gaussian noise is beyond."""
 MAX_HEADING_SIGMA = math.radians(20.0)
-"""Until the heading is known as well as this, a wind has no direction."""
+"""Until the heading is known as well as this, a wind has no direction. Chosen, not swept."""
 
 
 class AirEkf(LagEkf):

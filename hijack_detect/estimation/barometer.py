@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 SEA_LEVEL_PA = 101_325.0
+"""International Standard Atmosphere, ISO 2533."""
 SCALE_M = 44_330.77
 """Standard temperature at sea level over its lapse rate: 288.15 K / 6.5 K/km."""
 EXPONENT = 0.190263

@@ -11,12 +11,14 @@ from hijack_detect.estimation.geodesy import LocalFrame
 from hijack_detect.streams.samples import NANOSECONDS, FixSample, VelocitySample
 
 WINDOW_S = 2.0
-"""Positions and velocities are compared over this: long against their noise and lags."""
+"""Positions and velocities are compared over this: long against their noise and lags.
+Chosen, not swept; 3 s before."""
 MAX_GAP_S = 1.0
 """A window with a longer gap between velocities is not used. Chosen, not swept."""
 MOVING = 1.0
-"""m/s: at less speed the noise of velocities decides the ratio."""
+"""m/s: at less speed the noise of velocities decides the ratio. Chosen, not swept."""
 LEAST_WINDOWS, MOST_WINDOWS = 10, 100
+"""Windows before a rate is believed, and of the newest that count. Chosen, not swept; 20 before."""
 LEAST_RATIO = 0.03
 """Ratios of 37 recorded and simulated flights with a good clock and a good receiver are within
 0.99 and 1.01, of the two with one that runs at 12/13 (1.083) 1.06 and 1.09."""

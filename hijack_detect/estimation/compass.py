@@ -44,18 +44,22 @@ LEVEL_S = 0.5
 MAX_STEP_S = 0.2
 """The covariance moves on at least this often. Chosen, not swept."""
 MAX_GAP_S = 1.0
-"""After a longer gap in the IMU data everything restarts: the gyroscope lost its turn."""
+"""After a longer gap in the IMU data everything restarts: the gyroscope lost its turn.
+Chosen, not swept."""
 LEARN_S = 60.0
-"""Strength and dip of the field are learnt this slowly: hard iron moves them for good."""
+"""Strength and dip of the field are learnt this slowly: hard iron moves them for good.
+Chosen, not swept."""
 REALIGN_S = 60.0
-"""A field that has been refused for this long is the new field, or the gyroscope is wrong."""
+"""A field that has been refused for this long is the new field, or the gyroscope is wrong.
+Chosen, not swept."""
 BIAS_LIMIT = 0.05
 """rad/s; a gyroscope bias of more than 3°/s is a broken sensor, or a compass that misleads.
 Chosen, not swept."""
 INITIAL_SIGMAS = np.array([0.1, 0.1, math.pi] + [0.01] * 3)
-"""Standard deviations of the first error state: rad and rad/s."""
+"""Standard deviations of the first error state: rad and rad/s. Chosen, not swept."""
 ALIGN_SIGMA = 0.2
-"""Standard deviation of a heading taken from one reading, rad: tilt is multiplied by the dip."""
+"""Standard deviation of a heading taken from one reading, rad: tilt is multiplied by the dip.
+Chosen, not swept."""
 
 
 def earth_field(fix: FixSample) -> Vector3:

@@ -38,9 +38,11 @@ BOTH_WAYS = np.arange(6), (np.arange(6) + 3) % 6
 """Entries of a covariance that tie each component of the position to its velocity."""
 UP = np.array([0.0, 0.0, 1.0])
 UNSEEN_S = 0.1
-"""s: an interval between two IMU samples beyond this is time in which nobody saw the vehicle."""
+"""s: an interval between two IMU samples beyond this is time in which nobody saw the vehicle.
+Chosen, not swept."""
 UNSEEN_RATE, UNSEEN_ACCELERATION = 0.5, 3.0
-"""rad/s and m/s²: what it may have done then, standard deviations of a vehicle that manoeuvres."""
+"""rad/s and m/s²: what it may have done then, standard deviations of a vehicle that manoeuvres.
+Chosen, not swept."""
 
 
 class Source(Enum):

@@ -18,7 +18,8 @@ PRUNE_NATS = 12.0
 """A filter this much less likely than the best is dropped (a ratio of 160,000).
 Chosen, not swept."""
 SAME_RAD = math.radians(15.0)
-"""Filters whose headings have come this close follow the same motion: the likelier is kept."""
+"""Filters whose headings have come this close follow the same motion: the likelier is kept.
+Chosen, not swept."""
 
 
 class FilterBank:

@@ -24,16 +24,21 @@ from hijack_detect.streams.samples import (
 from hijack_detect.streams.silence import sensor_patience
 
 EVALUATE_NS = NANOSECONDS // 5
-"""A phase is decided this often: those that wait for it lose no more."""
+"""A phase is decided this often: those that wait for it lose no more.
+Chosen, not swept; 0.5 s before."""
 WINDOW_NS = NANOSECONDS
-"""Deviations of the IMU are over this time, or over `LEAST_SAMPLES` where that is longer."""
+"""Deviations of the IMU are over this time, or over `LEAST_SAMPLES` where that is longer.
+Chosen, not swept."""
 LEAST_SAMPLES = 8
 """Of a window that is judged. Chosen, not swept."""
 LONGEST_NS = 8 * NANOSECONDS
+"""A longer gap in the IMU empties the window. Chosen, not swept."""
 CONFIRM_NS = 2 * NANOSECONDS
-"""A change of phase needs evidence for this long: longer than a bump, shorter than a climb."""
+"""A change of phase needs evidence for this long: longer than a bump, shorter than a climb.
+Chosen, not swept."""
 KEEP_NS = 30 * NANOSECONDS
-"""After a longer gap in the IMU the phase is unknown: batteries are changed in a minute."""
+"""After a longer gap in the IMU the phase is unknown: batteries are changed in a minute.
+Chosen, not swept."""
 FRESH_NS = 2 * NANOSECONDS
 """GPS and barometer older than this are not used. Chosen, not swept."""
 STILL_SPEED, STILL_CLIMB = 1.0, 0.4
@@ -57,7 +62,7 @@ RESTLESS = 0.35
 """m/s²: the same for the specific force."""
 ASSUME_NS = 20 * NANOSECONDS
 """A vehicle that shakes upright for this long is taken to fly where no barometer shows how high it
-is, or where the monitor has just started, perhaps in a hover."""
+is, or where the monitor has just started, perhaps in a hover. Chosen, not swept."""
 STEADY = math.cos(math.radians(20.0))
 """Mean lean over a second in a hover or a slow flight; a vehicle in a hand leans more.
 Chosen, not swept."""
@@ -65,12 +70,13 @@ LEAN, LYING = math.cos(math.radians(35.0)), math.cos(math.radians(60.0))
 """The specific force of a vehicle that flies is along its z axis: thrust or lift. Further off, and
 as large as gravity, it hangs in a hand or lies on its side."""
 SLOW = 3.0
-"""m/s: aerobatics are faster, and hands slower."""
+"""m/s: aerobatics are faster, and hands slower. Chosen, not swept."""
 LANDED_M, LANDED_SHARE = 3.0, 0.5
 """A vehicle higher over its take-off than this, and than this share of the flight's height, has
 not landed, however quiet its hover is. Chosen, not swept."""
 LOW_M, SINKING = 1.5, -0.2
-"""A landing: lower than this over the take-off, climbing at less than this, m/s, for 1 s."""
+"""A landing: lower than this over the take-off, climbing at less than this, m/s, for 1 s.
+Chosen, not swept."""
 TOUCH = 2.0
 """A deviation of the specific force this many times the usual one of the flight, lower than LOW_M,
 may be the bump of a touch-down. Motors that idle on the ground shake the accelerometer as much as

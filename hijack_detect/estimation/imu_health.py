@@ -19,7 +19,7 @@ RATE_NS = 4 * NANOSECONDS
 """The rate is counted over this time. Chosen, not swept."""
 HELD_NS = 10 * NANOSECONDS
 """A fault is kept for this long after its last evidence: a filter that used such samples needs as
-long to recover."""
+long to recover. Chosen, not swept."""
 SLOWEST_HZ = 15.0
 """Of slower samples the differences are those of manoeuvres. Chosen, not swept."""
 BURSTY = 3.0
@@ -27,7 +27,7 @@ BURSTY = 3.0
 Chosen, not swept."""
 PILE_UP, LEAST_REPEATS = 3, 3
 """Readings pile up at a limit: this many times as many as of the next value, and at least this
-many."""
+many. Chosen, not swept."""
 BESIDE = 20
 """Steps of the sensor beside a limit whose readings show how often one value comes by chance. The
 tail of a healthy sensor thins out, so that its last value comes less often than those."""
@@ -35,10 +35,10 @@ BY_CHANCE = 4.0
 """Standard deviations of a Poisson count, and `LEAST_REPEATS` above it: about 1e-5 by chance. With
 less, an accelerometer that resolves 0.08 m/s² is taken to clip for half of a flight."""
 SETTLE_NS = 5 * NANOSECONDS
-"""The scale is not judged before this much was averaged."""
+"""The scale is not judged before this much was averaged. Chosen, not swept."""
 SPREAD = 1.5
 """Standard deviations (at least of 0.5 m/s²) from the mean to a limit: the mode of a coarse but
-healthy sensor is nearer."""
+healthy sensor is nearer. Chosen, not swept."""
 LIGHT, HEAVY = 0.75, 2.2
 """Mean specific force in flight over gravity. No flight is lighter for 10 s, one with 60° of bank
 has 2; an accelerometer that clips or aliases has 0.1 to 0.7 (measured)."""

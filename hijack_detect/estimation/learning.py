@@ -18,7 +18,7 @@ T = TypeVar("T")
 PRIOR = 1.0
 """Scale before anything is learnt."""
 MAX_STEP_S = 1.0
-"""A gap between two samples counts as this at most."""
+"""A gap between two samples counts as this at most. Chosen, not swept."""
 KNOWN_S = 30.0
 """Time of values from which on the scale is known. Chosen, not swept."""
 
@@ -167,15 +167,17 @@ START = 2.5
 """Part until the vehicle has moved or flown: a receiver that has just started settles, by 10 m in
 10 s in one of the recorded flights."""
 STARTED_NS = 10 * NANOSECONDS
-"""Time in motion after which it counts as started."""
+"""Time in motion after which it counts as started. Chosen, not swept."""
 NEEDED_NS = 30 * NANOSECONDS
 """Time in motion before the limits tighten. Chosen, not swept."""
 RISE_PER_S = 0.005
-"""The part grows no faster: from a tenth to the whole in three minutes."""
+"""The part grows no faster: from a tenth to the whole in three minutes. Chosen, not swept."""
 QUICK_RISE_PER_S = 0.02
 """The part grows no faster towards what changes of both signs show: an error wanders to and fro,
-an attacker who wants to be somewhere else goes one way and trains nothing by it."""
+an attacker who wants to be somewhere else goes one way and trains nothing by it.
+Chosen, not swept."""
 FALL_PER_S = 0.05
+"""The part falls no faster. Chosen, not swept."""
 FORGET_PER_S = 1.0 / 300.0
 """The largest level seen is forgotten at this relative rate, per second in motion.
 Chosen, not swept."""

@@ -24,7 +24,8 @@ LEAST_FIXES = 5
 SILENT_NS = 3 * NANOSECONDS // 2
 """A receiver that sends nothing for this long has lost its fix: it sends one a second at least."""
 HOLE_NS = 2 * NANOSECONDS
-"""A step of all stamps this long is a hole of the recording, of which nobody knows anything."""
+"""A step of all stamps this long is a hole of the recording, of which nobody knows anything.
+Chosen, not swept."""
 
 POOR = "the receiver is poor by its own word"
 NO_FIX, ACCURACY, VERTICAL, SATELLITES = (

@@ -14,9 +14,9 @@ from hijack_detect.estimation.rotation import Array
 from hijack_detect.streams.samples import NANOSECONDS
 
 CLIP = 3.5
-"""One innovation counts as this many times the usual one at most."""
+"""One innovation counts as this many times the usual one at most. Chosen, not swept."""
 PRIOR_S = 5.0
-"""The nominal noise weighs as much as this time of innovations."""
+"""The nominal noise weighs as much as this time of innovations. Chosen, not swept."""
 
 
 @dataclass(frozen=True)

@@ -39,6 +39,7 @@ AT_START_NS = 2 * NANOSECONDS
 WATCHED_NS = 9 * NANOSECONDS // 10
 """How long a new level must last. With one interval more, a merge still waits for the receiver."""
 WATCHED_AT_START_NS = 3 * NANOSECONDS // 2
+"""The same at the start. Chosen, not swept."""
 GIVEN_UP_NS = 5 * NANOSECONDS // 2
 """What is not clear by then is left as it is: the merges wait for 3 s."""
 STEADY_NS = 600_000_000
@@ -54,7 +55,7 @@ WHOLE_NS = 50_000_000
 """A step this close to whole seconds is one, as leap seconds, time zones and weeks are; of uneven
 stamps one within twice their deviation."""
 FAR = 50
-"""Intervals beyond which their errors add up to more than arrival shows."""
+"""Intervals beyond which their errors add up to more than arrival shows. Chosen, not swept."""
 AGREE_NS = SMALLEST_NS
 LEAP_NS = 300_000_000
 """A reference that leaps by this had a hole, or was set itself. Chosen, not swept."""

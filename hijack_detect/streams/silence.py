@@ -12,9 +12,9 @@ SILENCE_S = 2.0
 Chosen, not swept."""
 SKEW_S = 1.0
 """After an outage the samples of this time are left out: whether they arrive before the other
-inputs have moved on is a matter of luck."""
+inputs have moved on is a matter of luck. Chosen, not swept."""
 RESTART_S = 5.0
-"""A clock that runs back by more than this is that of a new recording."""
+"""A clock that runs back by more than this is that of a new recording. Chosen, not swept."""
 SENSOR_PATIENCE_S = SILENCE_S + SKEW_S
 """How long to wait for a sensor that has gone silent, on the stamps of the other inputs."""
 
