@@ -123,7 +123,7 @@ class AttitudeEstimator:
         return math.inf if ekf is None else float(ekf.covariance.diagonal()[6:8].max())
 
     def _orientation(self) -> Quaternion | None:
-        """What is published: None until it can be trusted."""
+        """Attitude to publish: None until it can be trusted."""
         if self._parameters.method == "quaternion":
             return None if self._integration is None else self._integration.orientation
         return normalized(self._carried) if self._settled else None

@@ -163,12 +163,12 @@ class AttitudeFilter:
 
     @property
     def lag_s(self) -> float:
-        """How far the filter runs behind the stamps of the GPS, s."""
+        """Time by which the filter runs behind the stamps of the GPS, s."""
         return self._lag_ns / NANOSECONDS
 
     @property
     def worse(self) -> float:
-        """How much of a gap of the IMU still weighs on the heading, from 1 down to 0."""
+        """Share of a gap of the IMU that still weighs on the heading, from 1 down to 0."""
         if self._bank is None or self._sure_before is None:
             return 0.0
         return min(max(self._worse(self._bank.best, self._sure_before), 0.0), 1.0)
@@ -243,7 +243,7 @@ class AttitudeFilter:
         return True
 
     def _advance(self, bank: FilterBank, to_ns: int) -> None:
-        """Move the filters to a time, as far as there are IMU samples, by way of the compass."""
+        """Propagate the filters to a time, the newest IMU sample at most, with compass updates."""
         to_ns = min(to_ns, self.buffer.newest_ns)
         while self._magnetic and self._magnetic[0].stamp_ns <= to_ns:
             sample = self._magnetic.popleft()

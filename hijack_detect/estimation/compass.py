@@ -81,7 +81,7 @@ class FieldGate:
 
 @dataclass(frozen=True)
 class Reading:
-    """How a magnetometer reading disagrees with the filter, before it is used."""
+    """Disagreement of a magnetometer reading with the filter, before it is used."""
 
     heading: float
     """Heading of the reading, with the filter's tilt, minus that of the filter, rad."""
@@ -101,7 +101,7 @@ class Reading:
 
 @dataclass(frozen=True)
 class CompassNoise:
-    """What the filter believes of its sensors; the defaults fit small multirotors."""
+    """Noise of the sensors of the filter; the defaults fit small multirotors."""
 
     gyro: float = 0.003
     """Gyroscope noise density, rad/s/√Hz."""

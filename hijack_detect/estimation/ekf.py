@@ -38,7 +38,7 @@ BOTH_WAYS = np.arange(6), (np.arange(6) + 3) % 6
 """Entries of a covariance that tie each component of the position to its velocity."""
 UP = np.array([0.0, 0.0, 1.0])
 UNSEEN_S = 0.1
-"""s: an interval between two IMU samples beyond this is time in which nobody saw the vehicle.
+"""s: an interval between two IMU samples beyond this is time without a measurement of the motion.
 Chosen, not swept."""
 UNSEEN_RATE, UNSEEN_ACCELERATION = 0.5, 3.0
 """rad/s and m/s²: what it may have done then, standard deviations of a vehicle that manoeuvres.
@@ -46,7 +46,7 @@ Chosen, not swept."""
 
 
 class Source(Enum):
-    """What an observation was measured by."""
+    """Measured quantity of an observation."""
 
     POSITION = "position"
     """Position of the GPS."""
@@ -190,7 +190,7 @@ class Ekf:
 
     @staticmethod
     def add_unseen(noise: Array, seconds: float) -> None:
-        """Add to the diagonal of Q what the vehicle may have done while nobody saw it."""
+        """Add to the diagonal of Q what the vehicle may have done without a measurement."""
         if seconds:
             noise[VELOCITY] += (UNSEEN_ACCELERATION * seconds) ** 2
             noise[ATTITUDE] += (UNSEEN_RATE * seconds) ** 2
@@ -213,7 +213,7 @@ class Ekf:
 
     @property
     def beyond_band(self) -> float:
-        """How much later the filter should run, s: 0 for one that does not know lags."""
+        """Time by which the filter should run later, s: 0 for one that does not know lags."""
         return 0.0
 
     def rebase(self, shift_s: float) -> None:

@@ -162,7 +162,7 @@ HELD = ("up", "fast", "rising", "shaking", "turning", "rest", "off", "sinking")
 
 
 class _Held:
-    """How long a condition has held."""
+    """Time for which a condition has held."""
 
     def __init__(self) -> None:
         self._since_ns: int | None = None
@@ -179,7 +179,7 @@ class _Held:
 
 @dataclass(frozen=True, slots=True)
 class _Motion:
-    """What is known at one moment; NaN where nothing is.
+    """Evidence at one moment; NaN where there is none.
 
     Attributes:
         gyro: Standard deviation of the angular velocity, rad/s.

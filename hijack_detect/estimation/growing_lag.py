@@ -1,5 +1,5 @@
 # Copyright 2026 hijack_detect maintainers. Licensed under Apache-2.0, see LICENSE.
-"""Which lags of the GPS velocities explain what was seen, where the latency may grow in flight."""
+"""Lags of the GPS velocities that explain the differences, where the latency may grow in flight."""
 
 from __future__ import annotations
 

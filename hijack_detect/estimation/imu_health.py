@@ -72,7 +72,7 @@ class ImuHealth:
         """When each kind of fault was last found, and what it was."""
         self._judged_ns = 0
         self._scale = ""
-        """What is wrong with the scale by the last rest."""
+        """Fault of the scale by the last rest."""
 
     @property
     def rate_hz(self) -> float:
@@ -185,7 +185,7 @@ class ImuHealth:
 
 
 def _usual_repeats(ordered: list[float], reach: float) -> float:
-    """How often one value beside the first is read: a coarse sensor repeats every one.
+    """Mean repeats of a value beside the first: a coarse sensor repeats every one.
 
     Args:
         ordered: Readings of one axis from the limit inwards; at least two differ.

@@ -28,7 +28,7 @@ class Innovation:
 
     @property
     def correction(self) -> Array:
-        """What the update adds to the state, K times the residual, shape (n,)."""
+        """Correction of the state, K times the residual, shape (n,)."""
         return self.K @ self.residual
 
     @property

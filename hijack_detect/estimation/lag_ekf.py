@@ -157,7 +157,7 @@ class LagEkf(Ekf):
         self.acceleration: Array = np.zeros(3)
         """Mean over the last block, ENU, m/s²."""
         self.steps: deque[Propagated | Measured] = deque(maxlen=STEPS)
-        """What was done since this was emptied; a filter that nobody reads keeps the newest."""
+        """Steps since this was emptied; unread, it keeps the newest."""
 
     @property
     def beyond_band(self) -> float:

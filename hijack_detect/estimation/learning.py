@@ -55,7 +55,7 @@ class NoiseScale:
     What it learns is older than `delay_s`, so never what is under test; a single value counts
     as `clip` times the scale at most, `hold` keeps everything recent from being learnt, and once
     the scale is known it rises no faster than `rise_per_s`. An attacker can therefore raise it only
-    slowly, and what it is is published.
+    slowly, and its value is published.
     """
 
     def __init__(

@@ -44,7 +44,7 @@ def field_enu(latitude_deg: float, longitude_deg: float, altitude_m: float) -> V
 def heading_error(
     attitude: Quaternion, field: Vector3, declination_rad: float
 ) -> tuple[float, Vector3]:
-    """How far the attitude must turn about Up to agree with the measured field.
+    """Angle by which the attitude must turn about Up to agree with the measured field.
 
     The field turned into ENU must point at magnetic North, `declination_rad` East of North.
 

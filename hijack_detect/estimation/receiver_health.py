@@ -2,7 +2,7 @@
 """What a GPS receiver is worth by its own word: lost fixes, satellites, claimed accuracy.
 
 It is no judgement of whether the GPS is honest, and changes none: an attacker jams first. It names
-what the receiver itself admits, so that nobody looks for an attack in a bad sky, and so that an
+what the receiver itself admits, so that a bad sky is not taken for an attack, and so that an
 alert beside it is read with the doubt that it deserves.
 """
 
@@ -24,7 +24,7 @@ LEAST_FIXES = 5
 SILENT_NS = 3 * NANOSECONDS // 2
 """A receiver that sends nothing for this long has lost its fix: it sends one a second at least."""
 HOLE_NS = 2 * NANOSECONDS
-"""A step of all stamps this long is a hole of the recording, of which nobody knows anything.
+"""A step of all stamps this long is a hole of the recording, not an outage of the receiver.
 Chosen, not swept."""
 
 POOR = "the receiver is poor by its own word"
@@ -40,7 +40,7 @@ POOR_FIGURES = frozenset({NO_FIX, ACCURACY, VERTICAL, SATELLITES})
 
 @dataclass(frozen=True)
 class ReceiverLimits:
-    """What is poor; see `GnssSanityParameters`."""
+    """Limits of a poor receiver; see `GnssSanityParameters`."""
 
     no_fix_s: float
     accuracy_m: float
@@ -86,7 +86,7 @@ class ReceiverHealth:
         )
 
     def unclear(self) -> None:
-        """Note a message of which nobody knows when it was made: the receiver is not silent."""
+        """Note a message without a usable stamp: the receiver is not silent."""
         self._fix = None
 
     def passes(self, stamp_ns: int) -> None:

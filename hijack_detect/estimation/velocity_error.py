@@ -21,7 +21,7 @@ PRIOR_S = 5.0
 
 @dataclass(frozen=True)
 class VelocityNoise:
-    """What is assumed of a GPS velocity beyond its white noise.
+    """Model of the error of a GPS velocity beyond its white noise.
 
     On 13 recorded flights a velocity was wrong by 0.1 to 0.5 m/s for 0.5 to 2 s. A filter that
     takes this for white noise believes it after a few fixes, and tilts the vehicle.
@@ -72,7 +72,7 @@ class VelocityError:
 
     @property
     def scale(self) -> float:
-        """How many times as noisy as nominal the receiver is taken to be."""
+        """Noise of the receiver as a multiple of the nominal one."""
         return self._scale.value
 
     def kept(self, seconds: float) -> float:

@@ -4,7 +4,7 @@
 Four bytes of encapsulation precede the message (DDS-XTypes 7.6.2): two are its encoding, two
 are options. `std_msgs/Header` begins with the stamp, and the layout of an Imu is fixed but for the
 length of the frame's name. Most of what a monitor subscribes to are IMU samples, and most of an Imu
-are covariances that nobody reads.
+are covariances that no part reads.
 """
 
 from __future__ import annotations

@@ -53,7 +53,7 @@ T = TypeVar("T")
 
 
 class Absence:
-    """Takes the samples of one receiver, in order of arrival, and marks what was not measured.
+    """Marks in the samples of one receiver, in order of arrival, the components not measured.
 
     The decision on each input depends on the samples of that input alone, so a part that
     subscribes to one input and a part that subscribes to all decide alike. Marking twice is
@@ -113,7 +113,7 @@ class Absence:
 
 
 class _Stream:
-    """What is remembered of one input, until its clock runs far backwards: another recording."""
+    """Memory of one input, until its clock runs far backwards: another recording."""
 
     def __init__(self) -> None:
         self._newest_ns: int | None = None

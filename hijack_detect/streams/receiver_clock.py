@@ -77,11 +77,11 @@ class _Trial:
 
     @property
     def enough_ns(self) -> int:
-        """How long it must be watched."""
+        """Time for which it must be watched."""
         return WATCHED_AT_START_NS if self.before_ns is None else WATCHED_NS
 
     def ages(self) -> list[int]:
-        """How old the newest stamps were, of the last time on their own clock."""
+        """Ages of the newest stamps, of the last time on their own clock."""
         if not self.seen:
             return []
         since_ns = self.seen[-1][0] - self.enough_ns
@@ -122,18 +122,18 @@ class _Held:
 
 
 class ReceiverClock:
-    """Takes what arrives of all inputs, in order of arrival, and gives it on in that order.
+    """Puts the stamps of a receiver on the clock of the IMU; inputs keep their order of arrival.
 
     A sample of the receiver whose stamp is not where it was due, while the IMU's clock did not
     move as far, is held for about a second, with what follows of the receiver. If the new level
     lasts, it is a step: from there on `stamp_ns` is put back on the old level and
-    `clock_offset_ns` is what was taken off. If not, all goes on untouched, as any other stamp.
+    `clock_offset_ns` is the offset subtracted. If not, all passes unchanged, as any other stamp.
     The same is done at the start with an input that is more than 2 s off the IMU: of a constant
     offset only arrival shows how large it is, so it is known to whole seconds, or else to 0.1 s.
 
     Attributes:
         refused: Samples left out, by reason.
-        findings: What was found, in words, until its owner takes it off.
+        findings: Steps found, as text, until the owner removes them.
     """
 
     def __init__(self) -> None:
@@ -146,10 +146,10 @@ class ReceiverClock:
         """Times between stamps of the IMU."""
         self._held: list[_Held] = []
         self._offsets: deque[tuple[int, int]] = deque(maxlen=4 * KEPT)
-        """Stamps of the newest fixes as they came, and what was taken off them."""
+        """Stamps of the newest fixes as received, and the offsets subtracted."""
 
     def push(self, name: str, sample: Any) -> list[Passed]:
-        """Take one sample; return what goes on, in order of arrival.
+        """Take one sample; return the samples that pass, in order of arrival.
 
         Args:
             name: The input; those that are neither receiver nor IMU go through.
@@ -167,7 +167,7 @@ class ReceiverClock:
         return [(name, sample)]
 
     def push_run(self, name: str, samples: Sequence[Any]) -> Iterable[tuple[str, Sequence[Any]]]:
-        """Take successive samples of one input; return runs of what goes on."""
+        """Take successive samples of one input; return the runs that pass."""
         if name == REFERENCE and not self._held and samples:
             before_ns = samples[-2].stamp_ns if len(samples) > 1 else self._reference_ns
             self._reference_ns = samples[-1].stamp_ns
@@ -266,7 +266,7 @@ class ReceiverClock:
             if follows_old and not follows_new:
                 source.trial = None
                 return False
-            if not follows_new:  # another step: of what was in between nobody knows the time
+            if not follows_new:  # another step: the time in between is unknown
                 trial.seen.clear()
                 for one in self._held:
                     one.dropped |= one.tried and one.name == name
@@ -287,7 +287,7 @@ class ReceiverClock:
         return [self._let_through(one) for one in held if not one.dropped]
 
     def _is_given_up(self, trial: _Trial) -> bool:
-        """Whether nobody can wait for longer."""
+        """Whether the merges can wait no longer."""
         watched_ns = trial.seen[-1][0] - trial.seen[0][0] if trial.seen else 0
         if self._reference_ns is None or trial.opened_ns is None:
             return watched_ns >= trial.enough_ns
@@ -373,7 +373,7 @@ class ReceiverClock:
         return off_ns * shift_ns > 0 and abs(shift_ns) >= least_ns
 
     def _moved(self, source: _Input, trial: _Trial, ages: Sequence[int]) -> tuple[int, int]:
-        """How far stamps are from where they were due: by their interval, and by the IMU."""
+        """Distances of stamps from where they were due: by their interval, and by the IMU."""
         assert trial.before_ns is not None
         first_ns = trial.seen[0][0] - source.offset_ns
         off_ns = first_ns - trial.before_ns - _median(source.intervals)

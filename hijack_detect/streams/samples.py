@@ -134,7 +134,7 @@ class CourseSample:
 
 
 class Phase(enum.Enum):
-    """What the vehicle is doing, as the flight-phase estimator sees it."""
+    """Phase of the flight, by the flight-phase estimator."""
 
     UNKNOWN = "unknown"
     """Too little data yet."""
