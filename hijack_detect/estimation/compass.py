@@ -104,14 +104,16 @@ class CompassNoise:
     """Noise of the sensors of the filter; the defaults fit small multirotors."""
 
     gyro: float = 0.003
-    """Gyroscope noise density, rad/s/√Hz."""
+    """Gyroscope noise density, rad/s/√Hz: `gyro_noise` of the attitude."""
     gyro_bias_walk: float = 0.0007
-    """Random walk of the gyroscope bias, rad/s/√s."""
+    """Random walk of the gyroscope bias, rad/s/√s: `gyro_bias_walk` of the attitude."""
     acceleration: float = 4.0
     """Horizontal accelerations of the vehicle as white noise, m/s²/√Hz: without the GPS they
-    looks like gravity. Their mean vanishes over a quarter minute, a speed's worth."""
+    look like gravity. Their mean vanishes over a quarter minute, a speed's worth.
+    Chosen, not swept."""
     field: float = 0.03
-    """Error of the direction of the field, rad/√Hz; slow errors are worse than white ones."""
+    """Error of the direction of the field, rad/√Hz; slow errors are worse than white ones.
+    Chosen, not swept."""
 
 
 class Compass:
