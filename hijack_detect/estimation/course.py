@@ -30,7 +30,7 @@ class CourseParameters(Parameters):
     max_gap_s: float = param(
         2.0,
         "Two fixes further apart than this give no course. Raise for receivers slower than 1 Hz.",
-        source="the time after which StreamMerge counts an outage (SILENCE_S)",
+        source="chosen: the silence that counts as an outage of an input (2 s)",
         unit="s",
         low=0.1,
         high=60.0,
