@@ -406,11 +406,11 @@ class Monitor:
         }
         self.clock = ReceiverClock()
         self.on_error: OnError | None = None
-        self._subscribers: dict[str, list[str]] = defaultdict(list)
-        self._passed_ns: Counter[str] = Counter()
+        self._subscribers: dict[str, list[tuple[str, Stage]]] = defaultdict(list)
+        self._passed_ns = dict.fromkeys(self.stages, 0)
         for name, stage in self.stages.items():
             for source in stage.component.inputs:
-                self._subscribers[source].append(name)
+                self._subscribers[source].append((name, stage))
 
     def push(self, name: str, samples: Sequence[Any]) -> list[tuple[str, Any]]:
         """Take successive samples of one input; return (part, output) of all that followed.
@@ -432,20 +432,20 @@ class Monitor:
         )
         while waiting:
             source, samples, passed_ns = waiting.popleft()
-            for part in self._subscribers[source]:
-                found = self._outputs(part, source, samples, passed_ns)
+            for part, stage in self._subscribers[source]:
+                found = self._outputs(part, stage, source, samples, passed_ns)
                 outputs += [(part, output) for output in found]
-                own_ns = self.stages[part].passed_ns
+                own_ns = stage.passed_ns
                 if part in self._subscribers and (found or own_ns > self._passed_ns[part]):
                     self._passed_ns[part] = own_ns
                     waiting.append((part, found, own_ns))
         return outputs
 
     def _outputs(
-        self, part: str, source: str, samples: Sequence[Any], passed_ns: int | None
+        self, part: str, stage: Stage, source: str, samples: Sequence[Any], passed_ns: int | None
     ) -> list[Any]:
         """What a part makes of samples of an input that brings nothing more up to a stamp."""
-        stage, found = self.stages[part], []
+        found: list[Any] = []
         try:
             found += stage.push_all(source, samples)
             if passed_ns is not None:

@@ -65,9 +65,8 @@ def test_a_detector_says_of_a_recording_what_it_says_in_the_monitor(detector: st
     value = getattr(DEFAULT[detector], name)
     [found] = verdicts_at(flown(), DEFAULT, detector, name, [value])
     assert said[: len(found)] == found
-    assert (
-        len(said) - len(found) <= 3
-    )  # the last ones: what is still to come only the monitor knows
+    # That nothing more is to come only the monitor knows.
+    assert len(said) - len(found) <= 3
 
 
 @pytest.mark.parametrize("threshold", [0.15, 0.3, 1.5])
