@@ -131,7 +131,8 @@ class CoastBank:
 
 
 SLACK_S = 0.15
-"""A run may fall short of its span by this much: onsets begin with a fix."""
+"""A run may fall short of its span by this much: onsets begin with a fix.
+Chosen, not swept."""
 
 
 @dataclass(frozen=True, slots=True)

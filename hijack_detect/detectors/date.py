@@ -143,10 +143,11 @@ class DateParameters(Parameters):
 
 
 USUAL_NOISE = 0.35
-"""m/s²: RMS difference of acceleration before anything is learnt."""
+"""m/s²: RMS difference of acceleration before anything is learnt. Chosen, not swept."""
 
 LEAST_NOISE = 0.1
-"""m/s²: RMS difference below which none is taken for an argument against a lag."""
+"""m/s²: RMS difference below which none is taken for an argument against a lag.
+Chosen on the trials with latency of docs/detectors.md."""
 
 EXPLAINED = 0.7
 """A lag explains a difference beyond the limit if it leaves no more than this part of the limit:

@@ -268,7 +268,7 @@ class DragParameters(Parameters):
 
 
 CHECKPOINT_NS = NANOSECONDS
-"""The filter is copied this often."""
+"""The filter is copied this often. Chosen, not swept."""
 KNOWN_TURN = 0.35
 """Speed times standard deviation of the heading, m/s, of the flights that the limit was set on: it
 holds for an error of the velocity up to this."""

@@ -41,7 +41,8 @@ def drag_force(air: Array, drag: float, quadratic: float) -> tuple[Array, Array,
 
 
 HUBER = 2.0
-"""Residuals beyond this many standard deviations count linearly: gusts and bad samples."""
+"""Residuals beyond this many standard deviations count linearly: gusts and bad samples.
+Chosen, not swept."""
 MEMORY_S = 30.0
 """The residual is that of about this long. Chosen, not swept."""
 

@@ -18,24 +18,27 @@ from hijack_detect.detectors.verdict import State
 from hijack_detect.streams.samples import NANOSECONDS, Vector3
 
 LONG_S = 6.0
-"""A step just beyond the limit must last for this long: reflections end within some seconds."""
-SHORT_S = 1.0
-"""One of LARGE times the limit or more only for this long. Chosen, not swept."""
-LARGE = 1.4
+"""A step just beyond the limit must last for this long: reflections end within some seconds.
+Chosen, not swept."""
+SHORT_S, LARGE = 1.0, 1.4
+"""Only for the first where it is the second times the limit or more. Chosen, not swept."""
 CLAIMED = 1.5
 """The limit is at least this many times what the receiver claims for a standard deviation. Clean
 flights of receivers that claim 3.3 m or more, where it counts: 0.7."""
 MOST_CLAIMED_M = 5.0
-"""A claim beyond this does not count: what claims it may be the attacker."""
+"""A claim beyond this does not count: what claims it may be the attacker.
+Chosen, not swept."""
 SHOWN = 2.5
 """The limit is at least this many times the largest step of this receiver's past.
 Chosen, not swept."""
 MOST = 2.0
-"""Nor is it ever above this many times its lowest, whatever is claimed or was shown."""
+"""Nor is it ever above this many times its lowest, whatever is claimed or was shown.
+Chosen, not swept."""
 FORGET_PER_S = 1.0 / 300.0
-"""What was shown is forgotten at this relative rate, s⁻¹."""
+"""What was shown is forgotten at this relative rate, s⁻¹. Chosen, not swept."""
 SETTLED_NS = 10 * NANOSECONDS
-"""Only this long after a gap: a receiver that has lost its fix comes back with another error."""
+"""Only this long after a gap: a receiver that has lost its fix comes back with another error.
+Chosen, not swept."""
 PENDING = 0.9
 """Largest margin of a step that has not lasted. Chosen, not swept."""
 

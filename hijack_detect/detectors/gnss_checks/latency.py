@@ -29,10 +29,11 @@ BLIND_S, BLIND_PERIODS = 0.5, 1.5
 brake from 12 to 3 m/s in a hole of 3 s is 1.5 s wrong."""
 PERIODS, PERIOD_S = 50, 600.0
 """The receiver's period is the mean of its first 50 intervals, then of all, later of 600 s, which a
-growth within a minute hardly changes."""
+growth within a minute hardly changes. Chosen, not swept."""
 CLIP_JITTERS, CLIP_PERIOD = 3.0, 0.01
 """An interval moves the mean as if it were off by at most this many mean deviations, or this part
-of the period if that is more: a growth early in a flight would else count as a longer period."""
+of the period if that is more: a growth early in a flight would else count as a longer period.
+Chosen, not swept."""
 MAX_INTERVAL_S = 2.0
 """A longer interval is an outage, and shows neither period nor latency.
 Chosen, not swept."""
@@ -41,10 +42,11 @@ NEAR = 0.3
 or a backlog. Chosen, not swept."""
 CHANGED = 0.2
 """If the median of the last PERIODS intervals is off the period by more than this part of it, the
-receiver has another rate, and its period is learnt again. A growth changes it by GROWTH."""
+receiver has another rate, and its period is learnt again. A growth changes it by GROWTH.
+Chosen, not swept."""
 MAX_JITTER = 0.15
 """If the intervals differ from the period by more than this part of it in the mean, they are too
-uneven to measure a latency."""
+uneven to measure a latency. Chosen, not swept."""
 SLACK_S = 0.1
 """Change of the latency that the intervals may miss: recorded stamps vary by this much."""
 LAG_S = 0.2

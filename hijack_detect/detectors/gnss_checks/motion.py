@@ -48,12 +48,15 @@ class MeanVelocity:
 
 
 REPEATS, REPEAT_NS = 3, 5 * NANOSECONDS
-"""This many jumps within this time are an alarm: a reflection comes and goes, it does not hop."""
+"""This many jumps within this time are an alarm: a reflection comes and goes, it does not hop.
+Chosen, not swept."""
 APART_NS = NANOSECONDS // 10
+"""Steps within this time are one jump. Chosen, not swept."""
 GAP_S, GAP_TIMES = 0.5, 2.5
 """A gap is longer than this, and than this many times the step before. Chosen, not swept."""
 STRIDE = 4.0 / 3.0
-"""Limit over 1 s against the limit of one step: the noise of several fixes."""
+"""Limit over 1 s against the limit of one step: the noise of several fixes.
+Chosen, not swept."""
 
 
 @dataclass(frozen=True)
@@ -200,6 +203,7 @@ class SpeedCheck:
 
 
 MEAN_NS = NANOSECONDS
+"""The 1 s of `max_acceleration_m_s2`, whose limit belongs to it."""
 
 
 class AccelerationCheck:

@@ -18,7 +18,7 @@ from hijack_detect.streams.samples import (
 )
 
 MAX_AGE_NS = NANOSECONDS
-"""A velocity or a count older than this is not used with a fix."""
+"""A velocity or a count older than this is not used with a fix. Chosen, not swept."""
 MAX_EXTRAPOLATION_S = 2.0
 """A step over a longer time is not extrapolated. Chosen, not swept."""
 

@@ -12,6 +12,7 @@ from hijack_detect.streams.receiver_clock import seconds_off
 from hijack_detect.streams.samples import NANOSECONDS, Vector3
 
 MIN_REPEATS = 3
+"""Repeated positions that an alarm needs, also of a slow receiver. Chosen, not swept."""
 MOVING = 0.5
 """m/s. A position in steps of 1 cm or less does not repeat at this speed, one sample a second
 or faster. Chosen, not swept."""
@@ -81,7 +82,8 @@ SUSPICIOUS_FROM = 2
 KEPT = 64
 STEP_MARGIN = 0.5
 """Of a step of the receiver's time. A leap second, a week that rolls over or GPS time for UTC is no
-attack, so it never alarms; a position that is carried off with it is for the others to find."""
+attack, so it never alarms; a position that is carried off with it is for the others to find.
+Chosen: any value below 1."""
 
 
 class StampsCheck:
@@ -149,6 +151,8 @@ class StampsCheck:
 
 REVERSALS, REVERSAL_NS = 4, 3 * NANOSECONDS
 PAIR_NS = 3 * NANOSECONDS // 2
+"""This many steps within REVERSAL_NS, each taken back within PAIR_NS, are an alarm.
+Chosen, not swept."""
 APART_M = 2.0
 """Tracks nearer to each other than this are not distinguished. Chosen, not swept."""
 
@@ -180,6 +184,7 @@ class PublishersCheck:
 
 
 VARIATION_NS = 5 * NANOSECONDS
+"""The 5 s of `satellites_in_5_s` and `covariance_in_5_s`, whose limits belong to it."""
 MOST = 0.9
 """Margin of a figure that may only be SUSPICIOUS. Chosen, not swept."""
 

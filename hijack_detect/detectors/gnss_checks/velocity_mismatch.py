@@ -21,6 +21,7 @@ from hijack_detect.estimation.learning import LearnedLevel
 from hijack_detect.streams.samples import NANOSECONDS, Vector3
 
 HORIZONS_S = (2.0, 5.0, 10.0, 20.0)
+"""T of the limits, s. Chosen, not swept."""
 MAX_GAP_S = 2.0
 """After a gap in fixes or velocities of this length everything starts over. Chosen, not swept."""
 MOVING = 2.0
@@ -31,13 +32,13 @@ WITHOUT_CLIMB = math.sqrt(2.0)
 limit is this much wider: the mean of the larger of two half-normal values over that of one."""
 MAX_RATE = (5.0, 10.0)
 """m/s, horizontally and vertically: what a step differs by beyond this rate is a jump, which is
-for the jump check, and must not weigh on 20 s."""
+for the jump check, and must not weigh on 20 s. Chosen, not swept."""
 WORTH_EXPLAINING = 0.4
 """Margin from which on latency is asked for an explanation: below, it would change nothing."""
 LEAST_S = 0.05
 """A growth of less is not named: it would read as 0.0 s."""
 LATER_NS = 10 * NANOSECONDS
-"""A latency that was needed for an explanation is named for this long."""
+"""A latency that was needed for an explanation is named for this long. Chosen, not swept."""
 
 
 @dataclass(frozen=True)
