@@ -142,8 +142,9 @@ class Trends:
 
 
 class CorrelationDetector:
-    """Alarms when course and yaw neither turn together (ρ < ε) nor point together (|Δavg| > μ).
+    """Correlation and mean difference of yaw and course: the nose does not follow a spoofed track.
 
+    It is an alarm when the two neither turn together (ρ < ε) nor point together (|Δavg| > μ).
     Between fixes the course is held (§5: one fix for ten IMU samples). It is evaluated at every
     course sample. With σ → 0, on a perfectly straight flight, ρ is undefined and `ρ < ε` of
     Algorithm 2 is not true: the verdict is NORMAL, "no turn to correlate".

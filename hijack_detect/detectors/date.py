@@ -160,7 +160,7 @@ seconds (on a recorded flight from 0.4 to 1.4 m/s² within 4 s, 20 s before it f
 
 
 class DateDetector:
-    """Compares `Rᵀ(a_gps − g)` with the specific force in the body frame, horizontally.
+    """Mean of `Rᵀ(a_gps − g)` less specific force, horizontally: a motion that only the GPS has.
 
     An accelerometer measures specific force, so gravity is taken off the GPS acceleration
     before it is turned into the body frame. The acceleration comes from successive GPS

@@ -277,7 +277,7 @@ RELEASE = 0.8
 
 
 class DragDetector:
-    """Compares the wind of the last seconds with the parameters from before.
+    """Change of the wind that the GPS velocity needs, more than weather makes where it is spoofed.
 
     A filter learns wind, drag and accelerometer bias (`estimation.drag_filter`). When the reported
     velocity leaves the true one by a constant offset, the specific force stays that of the

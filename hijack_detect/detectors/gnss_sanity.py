@@ -307,14 +307,14 @@ BELOW_ALARM = 0.99
 
 
 class GnssSanityDetector:
-    """Runs every check at every fix; the verdict is that of the one that claims most.
+    """Largest margin of the checks of one receiver: its stream contradicts itself or its vehicle.
 
-    The score is its margin. What a check claims is kept for `hold_s` after its last evidence.
-    Before a take-off and after a crash it is SUSPICIOUS at most: a receiver that settles jumps as
-    well. A receiver that is poor by its own word is named in the reason, and its figures beyond
-    their limits are among the values (`ReceiverHealth`), and so is the rate of a clock that runs
-    wrong (`ClockRateCheck`), and a latency that grew (`LatencySeen`) where it explains what would
-    be an alarm; no state follows from any of them.
+    The verdict is that of the check that claims most, and is kept for `hold_s` after the last
+    evidence. Before a take-off and after a crash it is SUSPICIOUS at most: a receiver that settles
+    jumps as well. A receiver that is poor by its own word is named in the reason, and its figures
+    beyond their limits are among the values (`ReceiverHealth`), and so is the rate of a clock that
+    runs wrong (`ClockRateCheck`), and a latency that grew (`LatencySeen`) where it explains what
+    would be an alarm; no state follows from any of them.
     """
 
     NAME = "gnss"

@@ -123,7 +123,7 @@ class _Watched:
 
 
 class KldDetector:
-    """Alarms when enough parameters of the GPS have changed their statistics at once.
+    """Divergence of successive windows of the GPS values: some change their statistics at once.
 
     Every parameter has a series of counts (`kld_values`), whose last n are compared with the n
     before (`DistributionSeries`). It claims a change when forward and backward divergence together
