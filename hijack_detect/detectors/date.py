@@ -48,7 +48,7 @@ class DateParameters(Parameters):
         1.5,
         "Largest horizontal difference of acceleration that is normal, with `noise_gain` 0. The "
         "paper gives none: take it from clean flights of the vehicle.",
-        source="measured: clean simulated flights (docs/reproduction.md)",
+        source="measured: set on the flights of docs/flights.md",
         unit="m/s²",
         low=0.05,
         high=50.0,

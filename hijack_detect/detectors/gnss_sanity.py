@@ -77,9 +77,9 @@ class GnssSanityParameters(Parameters):
         5.0,
         "With reported velocities, such a step within 1 s is an ALARM if it is not taken back: "
         "1.4 times as large after 1 s, else after 6 s. Up to twice this on a receiver that claims "
-        "or has shown worse. Clean: 2.4; two antennas 4 m apart that are switched leave 1.25. "
-        "Raise it where buildings reflect.",
-        source="measured: twice the largest on clean flights",
+        "or has shown worse. Clean: 2.4. Raise it where buildings reflect.",
+        source="measured: 1.25 times the step of two antennas 4 m apart that are switched "
+        "(docs/detectors.md, what gnss allows)",
         unit="m",
         low=0.5,
         high=10_000.0,
@@ -129,7 +129,7 @@ class GnssSanityParameters(Parameters):
         "Horizontal change of position against integrated velocity over T seconds may differ by "
         "base + rate·T + fraction·path on a poor receiver. Clean quadrotors: 3.3 in 2 s, 5.6 in "
         "10 s, 7.8 in 20 s.",
-        source="measured: clean recorded quadrotors, with half as much again",
+        source="measured: 1.7 times the largest of clean recorded quadrotors",
         unit="m",
         low=0.1,
         high=1000.0,
@@ -153,7 +153,7 @@ class GnssSanityParameters(Parameters):
     mismatch_vertical_base_m: float = param(
         5.5,
         "As mismatch_base_m, for height. Clean quadrotors: 4 m in 2 s, 10 m in 10 s, 16 m in 20 s.",
-        source="measured: clean recorded quadrotors",
+        source="measured: 1.6 to 1.9 times the largest of clean recorded quadrotors",
         unit="m",
         low=0.1,
         high=1000.0,
@@ -222,14 +222,14 @@ class GnssSanityParameters(Parameters):
     satellites_at_once: float = param(
         8.0,
         "One change of the number of satellites that is SUSPICIOUS. Clean: 5.",
-        source="measured: 1.5 times the largest recorded",
+        source="measured: 1.6 times the largest recorded",
         low=1.0,
         high=200.0,
     )
     satellites_in_5_s: float = param(
         20.0,
         "Sum of its changes over 5 s that is SUSPICIOUS. Clean: 12, in banked turns.",
-        source="measured: 1.5 times the largest recorded",
+        source="measured: 1.7 times the largest recorded",
         low=1.0,
         high=1000.0,
     )
