@@ -154,7 +154,8 @@ def test_to_know_that_nothing_comes_changes_only_how_early_it_is_released(
         ready = told.advance(name, data.draw(st.integers(ms, coming - 1)) * MS)
         early += [(n, one.stamp_ns // MS) for n, one in ready]
         assert early[: len(usual)] == usual
-    assert told.refused == plain.refused
+    # A sample of a returning input can be too late for one and rejoining for the other: left out.
+    assert told.refused.total() == plain.refused.total()
 
 
 def test_an_input_that_will_bring_nothing_holds_nobody_up() -> None:
