@@ -95,7 +95,7 @@ class GnssSanityParameters(Parameters):
     vertical_alarm_m: float = param(
         25.0,
         "As jump_alarm_m, for height.",
-        source="chosen: as jump_alarm_m",
+        source="chosen, not swept: about four times vertical_suspicious_m",
         unit="m",
         low=0.5,
         high=10_000.0,

@@ -447,7 +447,8 @@ class Monitor:
         """What a part makes of samples of an input that brings nothing more up to a stamp."""
         found: list[Any] = []
         try:
-            found += stage.push_all(source, samples)
+            if samples:
+                found += stage.push_all(source, samples)
             if passed_ns is not None:
                 found += stage.advance(source, passed_ns)
         except Exception as error:
