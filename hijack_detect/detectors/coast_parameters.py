@@ -176,8 +176,8 @@ class CoastParameters(Parameters):
         1.5,
         "Onsets over this time must all show it: an error that is over fits one onset only. "
         "Largest clean margin on recorded flights 0.92, with 1 s 1.05, at the same drifts found.",
-        source="measured, with the three limits: scores of all onsets of 31 recorded flights, "
-        "70 drifts and 110 simulated flights (docs/detection-limits.md)",
+        source="measured, with the three limits: scores of all onsets of recorded and "
+        "simulated flights at the same largest clean margin",
         unit="s",
         low=0.0,
         high=10.0,
@@ -210,7 +210,7 @@ class CoastParameters(Parameters):
         5.2,
         "Highest limit, also of an attacker who pulls slowly. Recorded vehicles with vibration, "
         "aliasing or a poor receiver reach 4.8 without an attack.",
-        source="measured, as span_s; a vehicle left out reaches 1.08 of it "
+        source="measured, as span_s; factor needed with a vehicle left out 1.08 "
         "(docs/detection-limits.md)",
         low=1.0,
         high=100.0,

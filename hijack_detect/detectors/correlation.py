@@ -35,7 +35,7 @@ class CorrelationParameters(Parameters):
         0.2,
         "Moving mean over yaw and course before they are compared (§4.3 calls it a median "
         "filter and gives no length). Faithful: 0.2.",
-        source="Feng 2018, §4.3, which gives no length",
+        source="chosen, not swept: Feng 2018, §4.3, gives no length",
         unit="s",
         low=0.0,
         high=10.0,

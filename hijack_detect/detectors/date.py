@@ -39,7 +39,7 @@ class DateParameters(Parameters):
         2.0,
         "Differences of acceleration are averaged over this time. Faithful: 2.0, as for the "
         "correlation; the paper gives none.",
-        source="Feng 2018, §3.4, gives none: as Algorithm 2",
+        source="chosen: as Algorithm 2; Feng 2018, §3.4, gives none",
         unit="s",
         low=0.2,
         high=60.0,

@@ -54,7 +54,7 @@ class DragParameters(Parameters):
     block_s: float = param(
         0.4,
         "Force and velocity are averaged over this time, or the interval of slower receivers.",
-        source="chosen, not swept",
+        source="chosen: that of a prototype on recorded flights",
         unit="s",
         low=0.1,
         high=5.0,
@@ -62,7 +62,7 @@ class DragParameters(Parameters):
     recent_s: float = param(
         20.0,
         "The wind of this last time is compared with the wind before. Longer is surer and slower.",
-        source="chosen, not swept",
+        source="chosen: that of a prototype on recorded flights",
         unit="s",
         low=5.0,
         high=120.0,
@@ -71,7 +71,7 @@ class DragParameters(Parameters):
         40.0,
         "Age of the parameters that are compared with; a change that takes longer than this less "
         "half of recent_s is taken for weather. After take-off younger ones are used.",
-        source="chosen, not swept",
+        source="chosen: that of a prototype on recorded flights",
         unit="s",
         low=10.0,
         high=300.0,
@@ -97,7 +97,7 @@ class DragParameters(Parameters):
         3.7,
         "Change of wind that is normal in any weather. Take it from clean flights of the vehicle, "
         "windy ones among them. A gust front of this size looks like an attack.",
-        source="measured: clean recorded flights (docs/detection-limits.md)",
+        source="measured on a prototype, recorded flights; margins in docs/detection-limits.md",
         basic=True,
         unit="m/s",
         low=0.5,

@@ -81,7 +81,7 @@ def first_drag_sigma() -> Any:
     return param(
         0.08,
         "Standard deviation of `drag`. Lower it for a vehicle that was measured.",
-        source="measured: the scatter of recorded quadrotors",
+        source="chosen, not swept: wider than the scatter of recorded quadrotors",
         basic=True,
         unit="1/s",
         low=0.001,
