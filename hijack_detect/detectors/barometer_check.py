@@ -14,9 +14,11 @@ from hijack_detect.estimation.ekf import GRAVITY
 from hijack_detect.streams.samples import NANOSECONDS, FixSample, PressureSample, VelocitySample
 
 HORIZONS_S = (1.0, 2.0, 5.0, 10.0, 20.0, 60.0)
+"""Times over which changes are compared. Chosen, not swept."""
 RATE_HORIZONS = 4
 """The vertical velocity is summed over the first horizons; its own bias shows in the last."""
 SPEED_ALLOWANCE_M = 3.0
+"""Most that `speed_error` allows: a spoofed speed must not excuse more. Chosen, not swept."""
 FREEZE_MARGIN = 0.5
 """From this margin on the reference stays where it is. Chosen, not swept."""
 REFERENCE_S = 60.0

@@ -16,7 +16,8 @@ from hijack_detect.streams.samples import NANOSECONDS, FixSample, VelocitySample
 WINDOW_S, BEFORE_S = 2.0, 10.0
 """The course is judged over the former against the latter, the time before. Chosen, not swept."""
 FOLLOW_SIGMA_DEG, FOLLOW_OFFSET_DEG = 8.0, 45.0
-"""What the nose may be off the course in that time: standard deviation and mean."""
+"""What the nose may be off the course in that time: standard deviation and mean.
+Chosen, not swept."""
 KEPT_NS = 2 * NANOSECONDS
 """Noses older than this belong to no GPS sample that is still to come."""
 NO_VELOCITY_S = MAX_GAP_S = 2.0

@@ -104,7 +104,8 @@ class Weight:
 
 
 UNCALIBRATED = Weight(LikelihoodRatio(3.0, 0.7, -0.2, 3.0), may_alert=False)
-"""Of a detector of which nothing is known: its alarm supports an alert and never makes one."""
+"""Of a detector of which nothing is known: its alarm supports an alert and never makes one.
+Chosen, not swept."""
 
 
 def together(nats: Mapping[str, float], weights: Mapping[str, Weight]) -> float:
@@ -197,7 +198,9 @@ class FusionParameters(Parameters):
         0.65,
         "Policy `default`: ALARM from this probability on, if a detector alarms. Lower it where a "
         "missed attack costs more than a false alarm.",
-        source="measured: reliability of the probability (docs/detection-limits.md)",
+        source="chosen, not swept: takes 3.5 nats beside quiet detectors, and one that may "
+        "alert gives at least 4.3 at its limit (docs/detection-limits.md, Ratios of "
+        "the fusion)",
         low=0.5,
         high=0.9999,
     )
@@ -205,7 +208,7 @@ class FusionParameters(Parameters):
         0.9,
         "Policy `default`: SUSPICIOUS from this probability on, whatever single detectors report, "
         "until it is below half of it.",
-        source="chosen, not swept",
+        source="chosen; with 0.3 a lone alarm of correlation made clean flights suspicious",
         low=0.01,
         high=0.9999,
     )
@@ -213,7 +216,7 @@ class FusionParameters(Parameters):
         5.0,
         "Policy `default`: margins this close together count as one event; a margin speaks for "
         "this long.",
-        source="chosen, not swept",
+        source="chosen, not swept; 10 s before",
         unit="s",
         low=0.0,
         high=600.0,

@@ -121,25 +121,30 @@ VELOCITY_NOISE = 0.25
 NO_VELOCITY = 1e4
 """m/s: noise of a velocity that was not given."""
 WANDER_M, WANDER_S = 4.0, 60.0
-"""GPS height error: standard deviation of a receiver that claims no more, and time constant."""
+"""GPS height error: standard deviation of a receiver that claims no more, and time constant.
+Chosen, not swept."""
 WORST_WANDER_M = 8.0
 """The most that a receiver may claim, m: a jump of 10 m is still seen."""
 INITIAL_BIAS = 0.3
-"""m/s², standard deviation."""
+"""m/s², standard deviation. Chosen, not swept."""
 HISTORY_S = 20.0
 """Scatter is learnt from innovations older than this, so never from those under test.
 Chosen, not swept."""
 GROW_S, SHRINK_S = 40.0, 200.0
-"""The scatter grows faster than it shrinks: a calm minute on the ground shows little of flight."""
+"""The scatter grows faster than it shrinks: a calm minute on the ground shows little of flight.
+Chosen, not swept."""
 MAX_SCALE = 3.0
 """Largest growth of the velocity limits with the scatter. Chosen, not swept."""
 MAX_INTERVAL_S = 2.0
+"""After a longer time between fixes the filter restarts. Chosen, not swept."""
 RECENT = 25
-"""Intervals whose strongest manoeuvre widens the velocity limits: 5 s at 5 Hz."""
+"""Intervals whose strongest manoeuvre widens the velocity limits: 5 s at 5 Hz.
+Chosen, not swept."""
 NOISE_RECENT = 10
-"""Intervals whose mean manoeuvre is in the noise of the velocity: 2 s at 5 Hz."""
+"""Intervals whose mean manoeuvre is in the noise of the velocity: 2 s at 5 Hz.
+Chosen, not swept."""
 CALM_MANOEUVRE = 0.5
-"""m/s²: specific force is off gravity by less in calm flight."""
+"""m/s²: specific force is off gravity by less in calm flight. Chosen, not swept."""
 FROZEN_MARGIN = 0.7
 """From this margin on nothing is learnt of the scatter. Chosen, not swept."""
 ACCELERATION, VELOCITY, RATE, STEP = range(4)
@@ -148,14 +153,15 @@ SIGNATURES = 4
 SPACING_S = 0.79
 """Onsets are this far apart; no whole number of fixes, so that they differ."""
 YOUNGEST_S = 1.0
-"""A younger onset is not judged: two fixes are no evidence."""
+"""A younger onset is not judged: two fixes are no evidence. Chosen, not swept."""
 OLDEST_S = 21.0
+"""Older onsets are forgotten. Chosen, not swept."""
 FLOOR_ACCELERATION = 0.15
-"""m/s²: error of scale and attitude that lasts."""
+"""m/s²: error of scale and attitude that lasts. Chosen, not swept."""
 FLOOR_VELOCITY = 0.4
-"""m/s: error of a GPS velocity that lasts."""
+"""m/s: error of a GPS velocity that lasts. Chosen, not swept."""
 FLOOR_HEIGHT = 2.0
-"""m: jump of a GPS height when the satellites in use change."""
+"""m: jump of a GPS height when the satellites in use change. Chosen, not swept."""
 STATES = 4
 """Height, velocity, accelerometer bias, GPS height error."""
 MEASURES = np.array([[1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 0.0]])

@@ -24,7 +24,8 @@ class VelocityNoise:
     """Model of the error of a GPS velocity beyond its white noise.
 
     On 13 recorded flights a velocity was wrong by 0.1 to 0.5 m/s for 0.5 to 2 s. A filter that
-    takes this for white noise believes it after a few fixes, and tilts the vehicle.
+    takes this for white noise believes it after a few fixes, and tilts the vehicle. `sigma` and
+    `time_s` are within those; the others are chosen, not swept.
 
     Attributes:
         sigma: Standard deviation of each axis, m/s.

@@ -188,6 +188,7 @@ MAX_SPECIFIC_FORCE = 1000.0
 MAX_SPEED = 1000.0
 """m/s; no GPS receiver for civil use reports more than 515 m/s."""
 ALTITUDE_RANGE_M = (-1000.0, 50_000.0)
+"""Wider than where a drone flies: no place on land is lower than -430 m. Chosen, not swept."""
 PRESSURE_RANGE_PA = (1_000.0, 120_000.0)
 """From 31 km to 1.4 km below the sea: no barometer of a drone reads outside."""
 MAX_SATELLITES = 200

@@ -46,6 +46,7 @@ STEADY_NS = 600_000_000
 """The ages of stamps on one level differ by less; those of a backlog that is worked off do not.
 Chosen, not swept."""
 MOST_HELD = 200
+"""With this many samples held a new level is decided as it stands. Chosen, not swept."""
 GAP_NS = 3 * NANOSECONDS // 4
 """After a gap this long no merge waits for what is held here: it is left out."""
 KEPT = 15
