@@ -141,7 +141,7 @@ class Fusion:
 
         A detector that keeps its alarm counts again once it has taken the alarm back.
         """
-        self._heard_out = {
+        self._reset_alarms = {
             name
             for name, last in self._last.items()
             if self._weights[name].keeps_alarm and last.state is State.ALARM
@@ -167,7 +167,7 @@ class Fusion:
 
     def inherit(self, before: Fusion) -> None:
         """Keep the alert of the fusion before: a clock that is set back takes no alert back."""
-        self._heard_out = before._heard_out
+        self._reset_alarms = before._reset_alarms
         if before.latched is not None:
             self.keep(before.latched)
 
@@ -184,8 +184,8 @@ class Fusion:
             self._resumed_ns, self._resuming = verdict.stamp_ns, True
         self._newest_ns = verdict.stamp_ns
         if verdict.state is not State.ALARM:
-            self._heard_out.discard(name)
-        if name not in self._heard_out:
+            self._reset_alarms.discard(name)
+        if name not in self._reset_alarms:
             causes = self._decision.update(verdict)
             if causes and self._alert_since_ns is None:
                 self._alert_since_ns = verdict.stamp_ns

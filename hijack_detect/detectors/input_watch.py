@@ -35,8 +35,8 @@ class SetBack:
     def caught_up(self, stamp_ns: int) -> tuple[GpsSample, ...]:
         """The newest two that were refused, once a stamp is the first above those before them.
 
-        It is empty at all other stamps, and where no clock was set back. Refused samples are told
-        of while samples that came before them still wait for others.
+        It is empty at all other stamps, and where no clock was set back. Refused samples are
+        reported while samples that came before them still wait for others.
         """
         if self._last is None or stamp_ns <= self._last.stamp_ns:
             return ()
@@ -70,7 +70,7 @@ class InputWatch:
     def __init__(self, names: Sequence[str]) -> None:
         """Watch the named inputs."""
         self._last: dict[str, int | None] = dict.fromkeys(names)
-        self._told_ns: int | None = None
+        self._reported_ns: int | None = None
 
     def see(self, name: str, stamp_ns: int) -> None:
         """Note a sample of an input."""
@@ -88,9 +88,9 @@ class InputWatch:
 
     def due(self, stamp_ns: int) -> bool:
         """Whether it is time to report again, outside the usual evaluations, what is lost."""
-        if self._told_ns is None:
-            self._told_ns = stamp_ns
-        if stamp_ns - self._told_ns < REPEAT_NS or self.lost(stamp_ns) is None:
+        if self._reported_ns is None:
+            self._reported_ns = stamp_ns
+        if stamp_ns - self._reported_ns < REPEAT_NS or self.lost(stamp_ns) is None:
             return False
-        self._told_ns = stamp_ns
+        self._reported_ns = stamp_ns
         return True
