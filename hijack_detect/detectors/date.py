@@ -154,9 +154,21 @@ EXPLAINED = 0.7
 what it leaves counts as that over this part. With 1, an attack in motion is missed where another
 lag leaves a little less by chance: a quarter fewer velocities that freeze at zero are found."""
 
+NOISE_MEMORY_S = 60.0
+"""The usual difference is learnt from about this time. Chosen, not swept."""
+NOISE_DELAY_S = 8.0
+"""Only differences this old are learnt there. Chosen, not swept."""
+
 RECENT_S = 10.0
 """The difference is learnt from about this time, too: a receiver that gets worse does so within
 seconds (on a recorded flight from 0.4 to 1.4 m/s² within 4 s, 20 s before it failed)."""
+
+NOISE_BOUNDS = (0.01, 10.0)
+"""m/s²: bounds of what is learnt. Chosen, not swept; below 0.06 `least_limit` holds anyway."""
+NOISE_PRIOR_S = 10.0
+"""USUAL_NOISE weighs as much as this time of differences. Chosen, not swept."""
+NOISE_CLIP = 3.5
+"""A difference counts as this many times the usual one at most. Chosen, not swept."""
 
 
 class DateDetector:
@@ -202,15 +214,17 @@ class DateDetector:
         self._violent = Excursion(p.recover_s, p.recover_s)
         self._noises = tuple(
             NoiseScale(
-                0.01,
-                10.0,
+                *NOISE_BOUNDS,
                 delay_s=delay_s,
                 memory_s=memory_s,
-                prior_s=10.0,
-                clip=3.5,
+                prior_s=NOISE_PRIOR_S,
+                clip=NOISE_CLIP,
                 prior=USUAL_NOISE,
             )
-            for delay_s, memory_s in ((8.0, 60.0), (2.0 * p.window_s, RECENT_S))
+            for delay_s, memory_s in (
+                (NOISE_DELAY_S, NOISE_MEMORY_S),
+                (2.0 * p.window_s, RECENT_S),
+            )
         )
         self._followed_ns: int | None = None
         self._judged_s = 0.0

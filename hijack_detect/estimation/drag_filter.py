@@ -45,6 +45,8 @@ HUBER = 2.0
 Chosen, not swept."""
 MEMORY_S = 30.0
 """The residual is that of about this long. Chosen, not swept."""
+CLIP = 4.0
+"""One force counts as this many residuals at most. Chosen, not swept."""
 
 
 FORCE = 0.08
@@ -156,7 +158,7 @@ class ForceNoise:
         size = math.sqrt(0.5 * float(innovation @ np.linalg.solve(spread + r * eye, innovation)))
         r *= max(1.0, size / HUBER)
         left = r * np.linalg.solve(spread + r * eye, innovation)
-        square = min(0.5 * float(left @ left), (4.0 * self.residual) ** 2)
+        square = min(0.5 * float(left @ left), (CLIP * self.residual) ** 2)
         memory = min(1.0, seconds / MEMORY_S)
         self.residual = math.sqrt(self.residual**2 + memory * (square - self.residual**2))
         return r

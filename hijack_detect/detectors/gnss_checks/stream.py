@@ -120,7 +120,7 @@ class StampsCheck:
             harmless for after, harmless in self._refused if 0 < now - after <= self._window_ns
         ]
         broken = len(recent) - sum(recent)
-        margin = max(broken / self._alarm_count, min(0.9, len(recent) / self._alarm_count))
+        margin = max(broken / self._alarm_count, min(MOST, len(recent) / self._alarm_count))
         state = State.SUSPICIOUS if len(recent) >= SUSPICIOUS_FROM else State.NORMAL
         text = (
             f"{len(recent)} stamps repeat, run back or jump within "
@@ -155,6 +155,9 @@ PAIR_NS = 3 * NANOSECONDS // 2
 Chosen, not swept."""
 APART_M = 2.0
 """Tracks nearer to each other than this are not distinguished. Chosen, not swept."""
+LEFT = 0.4
+"""A step is taken back if less than this part of the smaller of the two is left.
+Chosen, not swept."""
 
 
 class PublishersCheck:
@@ -172,7 +175,7 @@ class PublishersCheck:
         residual = step.residual
         if residual is not None and step.from_velocity and length(residual) > APART_M:
             stamp_ns, last = self._last
-            back = length(plus(residual, last)) < 0.4 * min(length(residual), length(last))
+            back = length(plus(residual, last)) < LEFT * min(length(residual), length(last))
             if back and step.stamp_ns - stamp_ns <= PAIR_NS:
                 self._reversals.append(step.stamp_ns)
             self._last = (step.stamp_ns, residual)
