@@ -206,7 +206,7 @@ class CorrelationDetector:
     def _silence(self, stamp_ns: int) -> Verdict | None:
         """Without courses nothing is evaluated: then this reports it, once a second.
 
-        What was held through the gap is no evidence, so the windows start over.
+        Values held through the gap are no evidence, so the windows start over.
         """
         lost = self._watch.lost(stamp_ns)
         if lost is None:

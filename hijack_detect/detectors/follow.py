@@ -63,7 +63,7 @@ class FollowsCourse:
         return math.remainder(self._before.mean(0), math.tau) if len(self._before) else 0.0
 
     def problem(self) -> str:
-        """Why the method cannot tell now; empty if the nose follows the course."""
+        """Why the method is not observable now; empty if the nose follows the course."""
         if self._before.span_ns < self._needed_ns:
             return f"too slow for a course less than {self._reach_s:g} s ago"
         sigma = math.degrees(math.sqrt(self._before.covariance(0)))

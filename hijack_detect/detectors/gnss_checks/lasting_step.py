@@ -155,7 +155,7 @@ class LastingStep:
             self._show(self._sizes.popleft()[1])
 
     def _show(self, size: float) -> None:
-        """Count a size as shown, as far as it raises the limit."""
+        """Count a size as shown, up to the one that raises the limit to its maximum."""
         self._shown_m = max(self._shown_m, min(size, MOST * self._lowest_m / SHOWN))
 
     def _limit(self, step: Step) -> float:
