@@ -432,7 +432,7 @@ class Monitor:
         )
         while waiting:
             source, samples, passed_ns = waiting.popleft()
-            for part, stage in self._subscribers[source]:
+            for part, stage in self._subscribers.get(source, ()):
                 found = self._outputs(part, stage, source, samples, passed_ns)
                 outputs += [(part, output) for output in found]
                 own_ns = stage.passed_ns

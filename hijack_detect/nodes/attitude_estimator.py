@@ -16,7 +16,7 @@ from hijack_detect.estimation.rotation import heading
 from hijack_detect.monitor.parts import Part, row_of
 from hijack_detect.nodes.engine import run_part
 from hijack_detect.nodes.messages import imu_message
-from hijack_detect.nodes.part_node import Outlet, PartNode
+from hijack_detect.nodes.part_node import PartNode
 from hijack_detect.streams.samples import AttitudeSample
 
 
@@ -30,8 +30,8 @@ class AttitudeEstimatorNode(PartNode[AttitudeParameters]):
     def __init__(self, part: Part, rate_hz: float | None = None) -> None:
         """Advertise; see PartNode."""
         super().__init__(part, rate_hz, read_only=True)
-        self._imu = Outlet(self, Imu, "imu/data", rate_hz)
-        self._yaw = Outlet(self, Float64, "yaw", rate_hz)
+        self._imu = self.outlet(Imu, "imu/data")
+        self._yaw = self.outlet(Float64, "yaw")
 
     def publish_output(self, output: AttitudeSample) -> None:
         """Publish imu/data and yaw."""

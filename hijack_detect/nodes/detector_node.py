@@ -29,7 +29,7 @@ from hijack_detect.monitor.parts import Part, load, own_part, row_of
 from hijack_detect.nodes.diagnostics import Diagnostics, PublisherWatch
 from hijack_detect.nodes.engine import IMU_TOPIC, INPUTS, run_part, verdict_topic
 from hijack_detect.nodes.messages import verdict_message
-from hijack_detect.nodes.part_node import Outlet, PartNode
+from hijack_detect.nodes.part_node import PartNode
 from hijack_detect.parameters import Parameters
 from hijack_detect.streams.receiver_clock import REFERENCE, STAMPED
 from hijack_detect.streams.samples import NANOSECONDS
@@ -104,11 +104,10 @@ class DetectorNode(PartNode[Parameters]):
         """Advertise; see PartNode."""
         super().__init__(part, rate_hz)
         name = part.name
-        self._verdict = Outlet(self, DiagnosticArray, verdict_topic(name), rate_hz)
-        self._hijacked = Outlet(self, Bool, f"{name}/hijacked", rate_hz)
+        self._verdict = self.outlet(DiagnosticArray, verdict_topic(name))
+        self._hijacked = self.outlet(Bool, f"{name}/hijacked")
         self._figures = {
-            figure: Outlet(self, Float64, f"{name}/{figure}", rate_hz)
-            for figure in (MARGIN, *part.figures)
+            figure: self.outlet(Float64, f"{name}/{figure}") for figure in (MARGIN, *part.figures)
         }
         self._state: State | None = None
 
@@ -214,7 +213,7 @@ class KldDetectorNode(DetectorNode):
     def __init__(self, part: Part, rate_hz: float | None = None) -> None:
         """Advertise; see PartNode."""
         super().__init__(part, rate_hz)
-        self._code = Outlet(self, UInt8, "kld/code", rate_hz)
+        self._code = self.outlet(UInt8, "kld/code")
         self._published: int | None = None
         self.create_service(Trigger, "~/reset", self._reset)
 

@@ -142,6 +142,7 @@ class Engine:
         Raises:
             ValueError: Two of them have an input of one name from different topics.
         """
+        self._first = nodes[0]
         self._nodes = {node.part.name: node for node in nodes}
         self._order = {name: -row for row, name in enumerate(self._nodes)}
         self._readers: dict[str, list[PartNode[Any]]] = defaultdict(list)
@@ -202,8 +203,7 @@ class Engine:
 
     def _subscribe_to_time(self) -> None:
         """Subscribe to the IMU for its stamps alone, see `ReceiverClock`."""
-        node = next(iter(self._nodes.values()))
-        node.create_subscription(
+        self._first.create_subscription(
             Imu, IMU_TOPIC, self._take_time, SENSOR, raw=True, qos_overriding_options=OVERRIDES
         )
 
@@ -273,8 +273,7 @@ class Engine:
         for part, output in sorted(outputs, key=lambda one: self._order[one[0]]):
             self._nodes[part].publish(output)
         while self._monitor.clock.findings:
-            first = next(iter(self._nodes.values()))
-            first.log.warning(self._monitor.clock.findings.pop(0))
+            self._first.log.warning(self._monitor.clock.findings.pop(0))
 
     def _report_error(
         self, part: str, source: str, samples: Sequence[Any], error: Exception

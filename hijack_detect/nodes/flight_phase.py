@@ -16,7 +16,7 @@ from hijack_detect.estimation.flight_phase import FlightPhaseParameters
 from hijack_detect.monitor.parts import Part, row_of
 from hijack_detect.nodes.engine import PHASE_TOPIC, run_part
 from hijack_detect.nodes.messages import phase_message
-from hijack_detect.nodes.part_node import Outlet, PartNode
+from hijack_detect.nodes.part_node import PartNode
 from hijack_detect.streams.samples import NANOSECONDS, PhaseSample
 
 PHASE_SUBJECT = "phase of the flight"
@@ -29,7 +29,7 @@ class FlightPhaseNode(PartNode[FlightPhaseParameters]):
     def __init__(self, part: Part, rate_hz: float | None = None) -> None:
         """Advertise; see PartNode."""
         super().__init__(part, rate_hz)
-        self._phase = Outlet(self, DiagnosticArray, PHASE_TOPIC, rate_hz)
+        self._phase = self.outlet(DiagnosticArray, PHASE_TOPIC)
         self._last: tuple[object, str] | None = None
         self._diagnosed_s = 0
 

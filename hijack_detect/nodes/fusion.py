@@ -28,7 +28,7 @@ from hijack_detect.monitor.parts import Part, row_of, weights
 from hijack_detect.nodes.diagnostics import PublisherWatch
 from hijack_detect.nodes.engine import run_part, verdict_topic
 from hijack_detect.nodes.messages import fusion_message
-from hijack_detect.nodes.part_node import Outlet, PartNode
+from hijack_detect.nodes.part_node import PartNode
 from hijack_detect.nodes.qos import ALERT
 from hijack_detect.nodes.state_file import Survivor
 from hijack_detect.streams.samples import NANOSECONDS
@@ -50,8 +50,8 @@ class FusionNode(PartNode[FusionParameters]):
         self._alert = self.create_publisher(Bool, ALERT_TOPIC, ALERT)
         watched = (ALERT_TOPIC, *map(verdict_topic, self._detectors))
         self._watch = PublisherWatch(self, self.diagnostics, watched)
-        self._confidence = Outlet(self, Float64, "hijack_confidence", rate_hz)
-        self._verdict = Outlet(self, DiagnosticArray, "fusion/verdict", rate_hz)
+        self._confidence = self.outlet(Float64, "hijack_confidence")
+        self._verdict = self.outlet(DiagnosticArray, "fusion/verdict")
         self.create_service(Trigger, "~/reset", self._reset)
         self._result: FusionResult | None = None
         self._newest_result_s = time.monotonic()

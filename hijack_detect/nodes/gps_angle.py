@@ -16,7 +16,7 @@ from hijack_detect.estimation.course import CourseParameters, gps_angle
 from hijack_detect.monitor.parts import Part, row_of
 from hijack_detect.nodes.engine import run_part
 from hijack_detect.nodes.messages import course_message
-from hijack_detect.nodes.part_node import Outlet, PartNode
+from hijack_detect.nodes.part_node import PartNode
 from hijack_detect.streams.samples import CourseSample
 
 
@@ -26,8 +26,8 @@ class GpsAngleNode(PartNode[CourseParameters]):
     def __init__(self, part: Part, rate_hz: float | None = None) -> None:
         """Advertise; see PartNode."""
         super().__init__(part, rate_hz)
-        self._course = Outlet(self, QuaternionStamped, "gps/course", rate_hz)
-        self._angle = Outlet(self, Float64, "gps_angle", rate_hz)
+        self._course = self.outlet(QuaternionStamped, "gps/course")
+        self._angle = self.outlet(Float64, "gps_angle")
         self._held: float | None = None
 
     def publish_output(self, output: CourseSample) -> None:

@@ -96,7 +96,7 @@ class PartNode(Node, Generic[P]):
             ParameterError: A parameter is unknown or out of bounds.
         """
         super().__init__(part.node, automatically_declare_parameters_from_overrides=True)
-        self.part, self.rate_hz = part, rate_hz
+        self.part, self._rate_hz = part, rate_hz
         self._kind: type[P] = part.parameters  # type: ignore[assignment]  # as the subclass says
         with naming(part.node):
             self._settings = declare(self, self._kind, read_only=read_only)
@@ -125,6 +125,10 @@ class PartNode(Node, Generic[P]):
         """The node's logger."""
         logger: RcutilsLogger = Node.get_logger(self)
         return logger
+
+    def outlet(self, kind: Any, topic: str) -> Outlet:
+        """Advertise an intermediate topic, at the rate of this node; see Outlet."""
+        return Outlet(self, kind, topic, self._rate_hz)
 
     def publish_output(self, output: Any) -> None:
         """Publish one output of the stage."""
