@@ -31,6 +31,9 @@ OWN_TOPICS = {
 }
 """The relative topic that the nodes of this package subscribe for each input."""
 
+OPTIONAL_INPUTS = tuple(name for name in TYPES if name not in NEEDED)
+"""Inputs that may be absent: a detector works without them, if less well, or not at all."""
+
 
 @dataclass(frozen=True)
 class TopicMap:

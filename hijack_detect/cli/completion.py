@@ -26,7 +26,6 @@ TABLE_NAMES = (
     "events",
     "sessions",
 )
-OPTIONAL_INPUTS = ("velocity", "mag", "pressure", "satellites")
 
 
 NO_ATTACK = "none"

@@ -7,8 +7,9 @@ from pathlib import Path
 
 import click
 
+from hijack_detect.bags.topics import OPTIONAL_INPUTS
 from hijack_detect.cli.common import PATH, find_scenario, refusing_bad_input
-from hijack_detect.cli.completion import OPTIONAL_INPUTS, ROUTES, scenarios
+from hijack_detect.cli.completion import ROUTES, scenarios
 
 
 @click.command()

@@ -17,6 +17,7 @@ from rclpy.impl.rcutils_logger import RcutilsLogger
 from std_msgs.msg import Bool, Float64, UInt8
 from std_srvs.srv import Trigger
 
+from hijack_detect.bags.topics import OPTIONAL_INPUTS
 from hijack_detect.detectors.gnss_checks.latency import later_words
 from hijack_detect.detectors.gnss_sanity import CLOCK_RATE, LATER
 from hijack_detect.detectors.kld import CODES, KldDetector
@@ -88,8 +89,6 @@ class ReceiverReport:
             self._log.info(wrong or subject.over)
 
 
-OPTIONAL = ("velocity", "satellites", "mag", "pressure")
-"""Inputs without which a detector works, if less well."""
 MARGIN = "margin"
 """The figure that every detector has: score over threshold, so that all fit on one plot."""
 
@@ -246,7 +245,7 @@ def summary(part: Part) -> str:
     topics = [INPUTS[name].topic for name in inputs if name in INPUTS]
     if {*STAMPED} & {*inputs} and REFERENCE not in inputs:
         topics.append(f"{IMU_TOPIC} for its stamps")
-    absent = [INPUTS[name].topic for name in inputs if name in OPTIONAL]
+    absent = [INPUTS[name].topic for name in inputs if name in OPTIONAL_INPUTS]
     may = f" ({_listed(absent)} may be absent)" if absent else ""
     published = {MARGIN: "score over threshold", **part.figures}
     figures = [f"{part.name}/{name} ({meaning})" for name, meaning in published.items()]

@@ -17,7 +17,7 @@ from hijack_detect.bags.encoding import (
 )
 from hijack_detect.bags.errors import BagError
 from hijack_detect.bags.reader import RawMessage
-from hijack_detect.bags.topics import NEEDED, OWN_TOPICS, PRESETS
+from hijack_detect.bags.topics import OPTIONAL_INPUTS, PRESETS
 from hijack_detect.bags.writer import BagWriter
 from hijack_detect.replay.truth import LABEL, MEASURED_FIX, SPOOF_ACTIVE, TRUTH_FIX, flight_label
 from hijack_detect.simulation.flight import Flight, generate_flight
@@ -25,7 +25,6 @@ from hijack_detect.simulation.plan import FlightPlan
 from hijack_detect.spoofing.scenario import Scenario
 from hijack_detect.spoofing.spoofer import Spoofer
 
-OPTIONAL_INPUTS = tuple(name for name in OWN_TOPICS if name not in NEEDED)
 TRUTH_ATTITUDE = "/truth/attitude"
 
 

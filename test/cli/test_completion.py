@@ -16,7 +16,6 @@ from click.testing import CliRunner
 from command import hijack_detect
 from ros import ROOT
 
-from hijack_detect.bags.topics import OWN_TOPICS
 from hijack_detect.cli import completion
 from hijack_detect.cli.completion import SHELLS
 from hijack_detect.cli.main import COMMANDS, main
@@ -80,7 +79,6 @@ def test_names_are_those_that_there_are() -> None:
     assert tuple(OTHER_NODES) == completion.OTHER_NODES
     assert set(completion.TABLE_NAMES) == set(TABLES)
     assert completion.ROUTES == ROUTES
-    assert set(completion.OPTIONAL_INPUTS) == set(OWN_TOPICS) - {"imu", "fix"}
 
 
 def test_every_command_can_be_loaded_and_is_listed() -> None:
