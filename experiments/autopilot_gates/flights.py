@@ -19,9 +19,8 @@ from experiments.autopilot_gates.px4 import Px4Filter
 from hijack_detect.bags.reader import BagReader
 from hijack_detect.bags.samples import Rejected, read_samples
 from hijack_detect.estimation.geodesy import separation_m
-from hijack_detect.evaluation.trials.cases import flight_samples
+from hijack_detect.evaluation.trials.cases import SETTLED_S, flight_samples
 from hijack_detect.evaluation.trials.onsets import forward_flight, seeded_onsets
-from hijack_detect.evaluation.trials.protocols import SETTLED_S
 from hijack_detect.replay.truth import label_attack, read_label, truth_track
 from hijack_detect.simulation.flight import generate_flight
 from hijack_detect.simulation.plan import FlightPlan, forward_end_s, forward_start_s

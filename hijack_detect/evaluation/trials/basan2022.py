@@ -20,7 +20,14 @@ from typing import Any
 
 import numpy as np
 
-from hijack_detect.evaluation.trials.cases import HIJACKED, BagCase, Case, SimulatedCase
+from hijack_detect.evaluation.trials.cases import (
+    HIJACKED,
+    SETTLED_S,
+    BagCase,
+    Case,
+    SimulatedCase,
+    check_scale,
+)
 from hijack_detect.evaluation.trials.corpus import corpus_cases
 from hijack_detect.simulation.plan import FlightPlan, forward_end_s, forward_start_s
 from hijack_detect.spoofing.scenario import Scenario, parse_scenario
@@ -55,8 +62,6 @@ FLIGHTS = 25
 ROUTES = ("straight", "curved", "survey", "hover")
 ATTACK_S = 30.0
 """Chosen, not swept; the paper notifies within 5 to 30 s."""
-SETTLED_S = 12.0
-"""The earliest onset: this long after the command to fly forward. Chosen, as for `feng2018`."""
 
 
 def basan2022(scale: int = 1) -> list[SimulatedCase]:
@@ -68,10 +73,9 @@ def basan2022(scale: int = 1) -> list[SimulatedCase]:
         scale: How many times 25 flights of each class.
 
     Raises:
-        ValueError: The scale is not within 1 to 200.
+        ValueError: The scale is not within 1 to MAX_SCALE.
     """
-    if not 1 <= scale <= 200:
-        raise ValueError(f"scale is {scale}, it must be within 1 to 200")
+    check_scale(scale)
     numbers = range(FLIGHTS * scale)
     clean = [
         SimulatedCase(f"clean_{number}_{route}", "clean", FlightPlan(route), CLEAN_SEED + number)

@@ -26,6 +26,12 @@ from hijack_detect.streams.samples import NANOSECONDS, PressureSample, Sample
 
 HIJACKED = "hijacked"
 """The class of every attacked flight."""
+MAX_SCALE = 200
+"""Most times the flights of a protocol: beyond that the seeds of one class would run into those of
+the next."""
+SETTLED_S = 12.0
+"""The earliest onset on a simulated flight: this long after the command to fly forward. Chosen, not
+swept."""
 OnOutput = Callable[[str, Any], None]
 OnSample = Callable[[Sample], None]
 
@@ -193,6 +199,12 @@ class BagCase:
                 on_output=on_output,
             )
             return CaseRun(run, attack, reader.end_ns)
+
+
+def check_scale(scale: int) -> None:
+    """Refuse a scale of a protocol. Raises ValueError: it is not within 1 to MAX_SCALE."""
+    if not 1 <= scale <= MAX_SCALE:
+        raise ValueError(f"scale is {scale}, it must be within 1 to {MAX_SCALE}")
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from hijack_detect.evaluation.trials.cases import SimulatedCase
+from hijack_detect.evaluation.trials.cases import SETTLED_S, SimulatedCase, check_scale
 from hijack_detect.evaluation.trials.families import (
     Size,
     climb,
@@ -27,14 +27,9 @@ from hijack_detect.simulation.plan import FlightPlan, forward_end_s, forward_sta
 FIRST_SEED, SEEDS_OF_A_CLASS = 60_000_000, 10_000
 FLIGHTS = 30
 """Flights of each class at scale 1; each of the two clean classes has half as many."""
-MAX_SCALE = 200
-"""Bound of the seeds of one class, see SEEDS_OF_A_CLASS."""
 ROUTES = ("straight", "curved")
 ATTACK_S = 40.0
 """Least route left after the onset; the attack itself does not end. Chosen, not swept."""
-SETTLED_S = 12.0
-"""The earliest onset: this long after the command to fly forward. Chosen, not
-swept."""
 
 CLASSES: Mapping[str, Size] = {
     "drift_0.4": drift(0.4, 4.0),
@@ -62,8 +57,7 @@ def limits(scale: int = 1) -> list[SimulatedCase]:
     Raises:
         ValueError: The scale is not within 1 to MAX_SCALE.
     """
-    if not 1 <= scale <= MAX_SCALE:
-        raise ValueError(f"scale is {scale}, it must be within 1 to {MAX_SCALE}")
+    check_scale(scale)
     clean = [
         SimulatedCase(
             f"clean_{route}_{number}",

@@ -19,19 +19,15 @@ from functools import partial
 import numpy as np
 
 from hijack_detect.evaluation.trials.basan2022 import basan2022
-from hijack_detect.evaluation.trials.cases import SimulatedCase
+from hijack_detect.evaluation.trials.cases import SETTLED_S, SimulatedCase, check_scale
 from hijack_detect.evaluation.trials.fake_tracks import ATTACK_S, TRACKS, fake_track
 from hijack_detect.evaluation.trials.limits import limits
 from hijack_detect.simulation.hard_flights import HARD_FLIGHTS
 from hijack_detect.simulation.plan import FlightPlan, forward_end_s, forward_start_s
 
-MAX_SCALE = 200
-"""Beyond that the seeds of one class would run into those of the next."""
 STRAIGHT_SEED, CURVED_SEED, HIJACKED_SEED = 10_000, 20_000, 30_000
 """First seed of each class; every further flight has the next one."""
 
-SETTLED_S = 12.0
-"""The earliest onset: this long after the command to fly forward. Chosen, not swept."""
 NOISE_M = 0.03
 """Noise of recorded fake fixes, East and North each: 0.1 m/s in their velocity. Chosen, not
 swept."""
@@ -49,8 +45,7 @@ def feng2018(scale: int = 1, *, noise_m: float = 0.0) -> list[SimulatedCase]:
     Raises:
         ValueError: The scale is not within 1 to MAX_SCALE.
     """
-    if not 1 <= scale <= MAX_SCALE:
-        raise ValueError(f"scale is {scale}, it must be within 1 to {MAX_SCALE}")
+    check_scale(scale)
     clean = [
         SimulatedCase(f"{route}_{first + index}", route, FlightPlan(route), first + index)
         for route, first in (("straight", STRAIGHT_SEED), ("curved", CURVED_SEED))
@@ -85,8 +80,7 @@ def hard(scale: int = 1) -> list[SimulatedCase]:
     Raises:
         ValueError: The scale is not within 1 to MAX_SCALE.
     """
-    if not 1 <= scale <= MAX_SCALE:
-        raise ValueError(f"scale is {scale}, it must be within 1 to {MAX_SCALE}")
+    check_scale(scale)
     return [hard_case(name, number) for name in HARD_FLIGHTS for number in range(FLIGHTS * scale)]
 
 

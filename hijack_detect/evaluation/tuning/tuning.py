@@ -20,7 +20,7 @@ import numpy as np
 
 from hijack_detect.evaluation.scores.evaluate import run_case
 from hijack_detect.evaluation.scores.metrics import FlightOutcome
-from hijack_detect.evaluation.trials.cases import HIJACKED, BagCase, Case
+from hijack_detect.evaluation.trials.cases import HIJACKED, SETTLED_S, BagCase, Case
 from hijack_detect.evaluation.trials.parallel import HERE, Failure, Pool, map_cases
 from hijack_detect.evaluation.trials.recorded import Recorded, record
 from hijack_detect.evaluation.tuning.noise import ImuNoise, Lag, gps_lag, imu_noise, middle_half
@@ -29,9 +29,6 @@ from hijack_detect.monitor.policies import POLICIES, MonitorParameters
 from hijack_detect.spoofing.scenario import Scenario
 from hijack_detect.streams.samples import NANOSECONDS, FixSample
 
-SETTLED_S = 12.0
-"""An attack begins this long after the flight has begun to move forward, at the earliest: as
-`simulation` and the protocols. Chosen, not swept."""
 BROKEN_S = 2.0
 """A shorter time without a course does not end forward flight. Chosen, not swept."""
 

@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 
 from hijack_detect.evaluation.scores.evaluate import evaluate
+from hijack_detect.evaluation.trials.cases import MAX_SCALE
 from hijack_detect.evaluation.trials.fake_tracks import ATTACK_S, TRACKS, fake_track
 from hijack_detect.evaluation.trials.limits import (
     CLASSES,
     FIRST_SEED,
     FLIGHTS,
-    MAX_SCALE,
     SEEDS_OF_A_CLASS,
     limits,
 )

@@ -13,7 +13,7 @@ from ros import ROOT
 from hijack_detect.detectors.correlation import CorrelationParameters
 from hijack_detect.detectors.date import DateDetector, DateParameters
 from hijack_detect.estimation.attitude_parameters import AttitudeParameters
-from hijack_detect.evaluation.trials.cases import BagCase, SimulatedCase
+from hijack_detect.evaluation.trials.cases import SETTLED_S, BagCase, SimulatedCase
 from hijack_detect.evaluation.trials.recorded import Recorded, judge, record
 from hijack_detect.evaluation.tuning.sweeps import verdicts_at
 from hijack_detect.evaluation.tuning.thresholds import (
@@ -30,7 +30,6 @@ from hijack_detect.evaluation.tuning.thresholds import (
     safety_factor,
 )
 from hijack_detect.evaluation.tuning.tuning import (
-    SETTLED_S,
     attack_onsets_s,
     longest_forward,
     survey,
