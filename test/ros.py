@@ -109,11 +109,15 @@ class RosProcess:
         self._process.send_signal(number)
 
     def interrupt(self, timeout_s: float = TIMEOUT_S) -> int:
-        """Press Ctrl-C and return the exit code.
+        """Press Ctrl-C and return the exit code, see interrupted."""
+        self.signal(signal.SIGINT)
+        return self.interrupted(timeout_s)
+
+    def interrupted(self, timeout_s: float = TIMEOUT_S) -> int:
+        """Wait for its end after Ctrl-C and return the exit code.
 
         Whether Fast DDS locked itself up when all was done says nothing of the node: that is 0.
         """
-        self.signal(signal.SIGINT)
         code = self.wait(timeout_s)
         return 0 if code == -signal.SIGALRM else code
 

@@ -142,7 +142,6 @@ class Engine:
         Raises:
             ValueError: Two of them have an input of one name from different topics.
         """
-        self._first = nodes[0]
         self._nodes = {node.part.name: node for node in nodes}
         self._order = {name: -row for row, name in enumerate(self._nodes)}
         self._readers: dict[str, list[PartNode[Any]]] = defaultdict(list)
@@ -158,6 +157,11 @@ class Engine:
         self._inputs = self._outer_inputs()
         self._absence = {name: Absence() for name in self._inputs}
         self._stamps = SatelliteStamps() if SATELLITES in self._inputs else None
+
+    @property
+    def _first(self) -> PartNode[Any]:
+        """The node that speaks for the process."""
+        return next(iter(self._nodes.values()))
 
     def _outer_inputs(self) -> Mapping[str, Input]:
         """The inputs that no part here puts out."""

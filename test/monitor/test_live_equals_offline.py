@@ -102,4 +102,4 @@ def test_every_verdict_of_a_spoofed_flight_is_the_same(
     graph.spin_until(lambda: live.alert.messages[-1].data, "hijack_alert")
     for node in live.nodes.values():
         node.signal(signal.SIGINT)
-    assert [node.wait() for node in live.nodes.values()] == [0] * len(live.nodes)
+    assert [node.interrupted() for node in live.nodes.values()] == [0] * len(live.nodes)
