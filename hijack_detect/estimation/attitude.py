@@ -78,7 +78,7 @@ class AttitudeEstimator:
         elif self._behind:
             self._carry(self._filter.ekf)
         variance = self._heading_variance()
-        self._settled |= (
+        self._settled = self._settled or (
             not self._filter.regaining
             and math.sqrt(variance) < math.radians(self._parameters.settled_sigma_deg)
             and self._tilt_variance() < SETTLED_TILT**2

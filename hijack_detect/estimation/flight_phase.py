@@ -8,6 +8,8 @@ from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
 from hijack_detect.estimation.barometer import pressure_height
 from hijack_detect.estimation.ekf import GRAVITY
 from hijack_detect.estimation.imu_health import ImuHealth
@@ -19,6 +21,7 @@ from hijack_detect.streams.samples import (
     Phase,
     PhaseSample,
     PressureSample,
+    Vector3,
     VelocitySample,
 )
 from hijack_detect.streams.silence import sensor_patience
@@ -317,12 +320,8 @@ class FlightPhaseEstimator:
             held.ns(stamp_ns, False)
 
     def _motion(self, stamp_ns: int) -> _Motion:
-        n = len(self._imu)
-        gyro = _deviation([one.angular_velocity for one in self._imu], n)
-        force = _deviation([one.specific_force for one in self._imu], n)
-        x, y, z = (
-            math.fsum(one.specific_force[axis] for one in self._imu) / n for axis in range(3)
-        )
+        gyro, _ = _deviation([one.angular_velocity for one in self._imu])
+        force, (x, y, z) = _deviation([one.specific_force for one in self._imu])
         weight = math.hypot(x, y, z)
         speed = rise = math.nan
         velocity, by_fixes = self._velocity, self._by_fixes
@@ -458,11 +457,12 @@ def _followed(
     return first, second
 
 
-def _deviation(vectors: list[tuple[float, float, float]], n: int) -> float:
-    """Root of the summed variances of three axes."""
-    total = 0.0
-    for axis in range(3):
-        values = [one[axis] for one in vectors]
-        mean = math.fsum(values) / n
-        total += math.fsum((one - mean) ** 2 for one in values) / n
-    return math.sqrt(total)
+def _deviation(vectors: list[Vector3]) -> tuple[float, list[float]]:
+    """Root of the summed variances of three axes, and the mean of each."""
+    n, total, means = len(vectors), 0.0, []
+    for axis in zip(*vectors, strict=True):
+        mean = math.fsum(axis) / n
+        off = np.array(axis) - mean
+        total += math.fsum((off * off).tolist()) / n
+        means.append(mean)
+    return math.sqrt(total), means

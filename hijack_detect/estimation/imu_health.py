@@ -8,6 +8,8 @@ import math
 import statistics
 from collections import deque
 
+import numpy as np
+
 from hijack_detect.estimation.ekf import GRAVITY
 from hijack_detect.streams.samples import NANOSECONDS, ImuSample, Phase, Vector3
 
@@ -96,12 +98,17 @@ class ImuHealth:
             self._stamps.popleft()
         square = 0.0
         if last is not None:
-            square = math.fsum(
-                (a - b) ** 2 for a, b in zip(force, last.specific_force, strict=True)
-            )
+            x, y, z = force
+            before_x, before_y, before_z = last.specific_force
+            dx, dy, dz = x - before_x, y - before_y, z - before_z
+            square = math.fsum((dx * dx, dy * dy, dz * dz))
             share = min(1.0, (stamp - last.stamp_ns) / NANOSECONDS / LONG_S)
-            x, y, z = (a + share * (b - a) for a, b in zip(self._mean, force, strict=True))
-            self._mean = (x, y, z)
+            mean_x, mean_y, mean_z = self._mean
+            self._mean = (
+                mean_x + share * (x - mean_x),
+                mean_y + share * (y - mean_y),
+                mean_z + share * (z - mean_z),
+            )
         self._recent.append((stamp, force, square))
         while self._recent[0][0] < stamp - SHORT_NS:
             self._recent.popleft()
@@ -113,7 +120,7 @@ class ImuHealth:
     def vibration(self) -> float:
         """Deviation of the difference of successive specific forces over √2, m/s²."""
         n = len(self._recent)
-        return math.sqrt(math.fsum(one[2] for one in self._recent) / n / 2.0) if n else 0.0
+        return math.sqrt(math.fsum([one[2] for one in self._recent]) / n / 2.0) if n else 0.0
 
     def _judge(self, stamp_ns: int) -> None:
         vibration = self.vibration
@@ -130,19 +137,22 @@ class ImuHealth:
             self._faults["bursts"] = (stamp_ns, "IMU samples come in bursts")
 
     def _bursty(self) -> bool:
-        intervals = sorted(b - a for a, b in itertools.pairwise(self._stamps))
-        if len(intervals) < 2 * LEAST_REPEATS:
+        intervals: list[int] = np.sort(np.diff(np.array(self._stamps))).tolist()
+        count = len(intervals)
+        if count < 2 * LEAST_REPEATS:
             return False
-        return statistics.fmean(intervals[:-1]) > BURSTY * statistics.median(intervals)
+        median = 0.5 * (intervals[count // 2] + intervals[(count - 1) // 2])
+        return sum(intervals[:-1]) / (count - 1) > BURSTY * median
 
     def _clipped(self) -> float:
         """Reading at which an axis clips, m/s²; 0 if none does."""
         n = len(self._recent)
         least = max(LEAST_REPEATS, self._clip_share * n)
-        for axis in range(3):
-            values = sorted(one[1][axis] for one in self._recent)
-            mean = math.fsum(values) / n
-            deviation = math.sqrt(math.fsum((one - mean) ** 2 for one in values) / n)
+        for axis in zip(*(force for _, force, _ in self._recent), strict=True):
+            mean = math.fsum(axis) / n
+            off = np.array(axis) - mean
+            deviation = math.sqrt(math.fsum((off * off).tolist()) / n)
+            values: list[float] = sorted(axis)
             for ordered in (values, values[::-1]):
                 limit = ordered[0]
                 if abs(limit - mean) < SPREAD * max(deviation, 0.5):
