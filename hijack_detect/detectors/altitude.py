@@ -91,7 +91,10 @@ class AltitudeDetector:
         return self._silence(stamp) if self._required.due(stamp) else None
 
     def _seen(self, name: str, stamp_ns: int) -> None:
-        self._watches.setdefault(name, InputWatch((name,))).see(name, stamp_ns)
+        watch = self._watches.get(name)
+        if watch is None:
+            watch = self._watches[name] = InputWatch((name,))
+        watch.see(name, stamp_ns)
 
     def _silence(self, stamp_ns: int) -> Verdict:
         lost = self._required.lost(stamp_ns)
