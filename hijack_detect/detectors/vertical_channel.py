@@ -124,7 +124,7 @@ WANDER_M, WANDER_S = 4.0, 60.0
 """GPS height error: standard deviation of a receiver that claims no more, and time constant.
 Chosen, not swept."""
 WORST_WANDER_M = 8.0
-"""The most that a receiver may claim, m: a jump of 10 m is still seen."""
+"""The most that a receiver may claim, m: a jump of 10 m is still seen. Chosen, not swept."""
 INITIAL_BIAS = 0.3
 """m/s², standard deviation. Chosen, not swept."""
 HISTORY_S = 20.0

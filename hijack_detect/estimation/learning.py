@@ -16,7 +16,7 @@ from hijack_detect.streams.samples import NANOSECONDS
 T = TypeVar("T")
 
 PRIOR = 1.0
-"""Scale before anything is learnt."""
+"""Scale before anything is learnt: what the model says."""
 MAX_STEP_S = 1.0
 """A gap between two samples counts as this at most. Chosen, not swept."""
 KNOWN_S = 30.0

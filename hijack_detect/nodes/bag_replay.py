@@ -76,10 +76,10 @@ class ProgressBar:
 LOSSLESS = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)
 """Publishing waits for slow reliable subscribers instead of overwriting what they did not get."""
 BATCH_S = 0.02
-"""Longest time spent publishing before services and signals are served."""
+"""Longest time spent publishing before services and signals are served. Chosen, not swept."""
 MIN_WAIT_S, MAX_WAIT_S = 0.001, 0.05
 LATE_S = 1.0
-"""A replay this much behind reports that it cannot keep up."""
+"""A replay this much behind reports that it cannot keep up. Chosen, not swept."""
 LAST_WORDS_S = 4.0
 """Longest time to wait at the end until the last messages are acknowledged; Fast DDS asks for
 that every 3 s."""

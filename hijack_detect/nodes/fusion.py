@@ -37,7 +37,7 @@ ALERT_TOPIC = "hijack_alert"
 ALERT_SUBJECT = "hijack alert"
 """What the diagnostics are about."""
 WATCH_S = 0.25
-"""Whether the detectors have fallen silent is looked at this often."""
+"""Whether the detectors have fallen silent is looked at this often. Chosen, not swept."""
 
 
 class FusionNode(PartNode[FusionParameters]):

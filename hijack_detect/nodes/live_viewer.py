@@ -28,7 +28,7 @@ NEWEST = QoSProfile(
 """A viewer may miss a message, and must not make a publisher wait for it."""
 LOG_EVERY_S = 10.0
 LONGEST = 200
-"""Characters of a reason; what is received may be anything."""
+"""Characters of a reason; what is received may be anything. Chosen, not swept."""
 
 
 class LiveViewer(Node):

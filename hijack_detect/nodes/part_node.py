@@ -65,7 +65,7 @@ class Outlet:
 P = TypeVar("P", bound=Parameters)
 
 LOG_EVERY_S = 10.0
-"""Bad messages of one input are logged this often; all are counted."""
+"""Bad messages of one input are logged this often; all are counted. Chosen, not swept."""
 
 
 class PartNode(Node, Generic[P]):

@@ -34,7 +34,8 @@ MAX_RATE = (5.0, 10.0)
 """m/s, horizontally and vertically: what a step differs by beyond this rate is a jump, which is
 for the jump check, and must not weigh on 20 s. Chosen, not swept."""
 WORTH_EXPLAINING = 0.4
-"""Margin from which on latency is asked for an explanation: below, it would change nothing."""
+"""Margin from which on latency is asked for an explanation: below, it would change nothing.
+Chosen, not swept."""
 LEAST_S = 0.05
 """A growth of less is not named: it would read as 0.0 s."""
 LATER_NS = 10 * NANOSECONDS
