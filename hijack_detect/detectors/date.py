@@ -351,7 +351,7 @@ class DateDetector:
 
     def _deltas(self) -> Array:
         """Mean difference over the window at each lag, FLU, m/s², shape (n, 3)."""
-        *sums, weight = (self._window.mean(axis) for axis in range(self._window.channels))
+        *sums, weight = self._window.means()
         deltas: Array = np.array(sums).reshape(-1, 3) / weight
         return deltas
 

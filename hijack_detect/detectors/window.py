@@ -39,11 +39,6 @@ class WindowSums:
         """Number of samples in the window."""
         return len(self._samples)
 
-    @property
-    def channels(self) -> int:
-        """Number of values a sample has."""
-        return len(self._sums)
-
     def clear(self) -> None:
         """Empty the window."""
         self._samples.clear()
@@ -76,6 +71,11 @@ class WindowSums:
     def mean(self, channel: int) -> float:
         """Mean of a channel; the window must not be empty."""
         return self._sums[channel] / (len(self._samples) * SCALE)
+
+    def means(self) -> list[float]:
+        """Means of all channels; the window must not be empty."""
+        count = len(self._samples) * SCALE
+        return [one / count for one in self._sums]
 
     def covariance(self, product: int) -> float:
         """Population covariance of the pair of channels with this index in `products`."""
