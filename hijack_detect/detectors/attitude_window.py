@@ -115,9 +115,8 @@ class AttitudeMeans:
         whole &= holes[within[0]] == holes[within[1]]
         whole &= (stamps[within[0]] - starts <= HOLE_NS) & (ends - stamps[within[1]] <= HOLE_NS)
         # One by one: np.add.reduceat adds in another order, and Feng's method is kept to the bit.
-        sums = np.empty((len(first), self._rows.shape[1]))
-        for out, one, end in zip(sums, first.tolist(), after.tolist(), strict=True):
-            np.add.reduce(self._rows[one:end], axis=0, out=out)
+        bounds = zip(first.tolist(), after.tolist(), strict=True)
+        sums = np.array([self._rows[one:end].sum(axis=0) for one, end in bounds])
         whole &= sums[:, 12] > 0.0
         known = np.where(whole, sums[:, 12], 1.0)
         turns: Array = sums[:, 3:12] / known[:, None]

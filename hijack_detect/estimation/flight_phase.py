@@ -8,11 +8,9 @@ from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numpy as np
-
 from hijack_detect.estimation.barometer import pressure_height
 from hijack_detect.estimation.ekf import GRAVITY
-from hijack_detect.estimation.imu_health import ImuHealth
+from hijack_detect.estimation.imu_health import ImuHealth, moments
 from hijack_detect.parameters import Parameters, param
 from hijack_detect.streams.samples import (
     NANOSECONDS,
@@ -28,7 +26,7 @@ from hijack_detect.streams.silence import sensor_patience
 
 EVALUATE_NS = NANOSECONDS // 5
 """A phase is decided this often: those that wait for it lose no more.
-Chosen, not swept; 0.5 s before."""
+Chosen, not swept;"""
 WINDOW_NS = NANOSECONDS
 """Deviations of the IMU are over this time, or over `LEAST_SAMPLES` where that is longer.
 Chosen, not swept."""
@@ -457,12 +455,7 @@ def _followed(
     return first, second
 
 
-def _deviation(vectors: list[Vector3]) -> tuple[float, list[float]]:
+def _deviation(vectors: list[Vector3]) -> tuple[float, Vector3]:
     """Root of the summed variances of three axes, and the mean of each."""
-    n, total, means = len(vectors), 0.0, []
-    for axis in zip(*vectors, strict=True):
-        mean = math.fsum(axis) / n
-        off = np.array(axis) - mean
-        total += math.fsum((off * off).tolist()) / n
-        means.append(mean)
-    return math.sqrt(total), means
+    (x, along_x), (y, along_y), (z, along_z) = map(moments, zip(*vectors, strict=True))
+    return math.sqrt(along_x + along_y + along_z), (x, y, z)

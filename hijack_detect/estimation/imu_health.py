@@ -7,6 +7,7 @@ import itertools
 import math
 import statistics
 from collections import deque
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -138,20 +139,17 @@ class ImuHealth:
 
     def _bursty(self) -> bool:
         intervals: list[int] = np.sort(np.diff(np.array(self._stamps))).tolist()
-        count = len(intervals)
-        if count < 2 * LEAST_REPEATS:
+        if len(intervals) < 2 * LEAST_REPEATS:
             return False
-        median = 0.5 * (intervals[count // 2] + intervals[(count - 1) // 2])
-        return sum(intervals[:-1]) / (count - 1) > BURSTY * median
+        return statistics.fmean(intervals[:-1]) > BURSTY * statistics.median(intervals)
 
     def _clipped(self) -> float:
         """Reading at which an axis clips, m/s²; 0 if none does."""
         n = len(self._recent)
         least = max(LEAST_REPEATS, self._clip_share * n)
         for axis in zip(*(force for _, force, _ in self._recent), strict=True):
-            mean = math.fsum(axis) / n
-            off = np.array(axis) - mean
-            deviation = math.sqrt(math.fsum((off * off).tolist()) / n)
+            mean, variance = moments(axis)
+            deviation = math.sqrt(variance)
             values: list[float] = sorted(axis)
             for ordered in (values, values[::-1]):
                 limit = ordered[0]
@@ -192,6 +190,13 @@ class ImuHealth:
         elif phase.airborne and not LIGHT < weight / GRAVITY < HEAVY:
             return f"the mean specific force in flight is {weight:.1f} m/s²"
         return self._scale
+
+
+def moments(values: Sequence[float]) -> tuple[float, float]:
+    """Mean and variance of some values, from sums without rounding."""
+    mean = math.fsum(values) / len(values)
+    off = np.array(values) - mean
+    return mean, math.fsum((off * off).tolist()) / len(values)
 
 
 def _usual_repeats(ordered: list[float], reach: float) -> float:
