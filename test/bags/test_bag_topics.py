@@ -4,7 +4,16 @@
 import pytest
 
 from hijack_detect.bags.errors import BagError
-from hijack_detect.bags.topics import PRESETS, TYPES, TopicMap, detect, remaps, topic_map
+from hijack_detect.bags.topics import (
+    OPTIONAL_INPUTS,
+    OWN_TOPICS,
+    PRESETS,
+    TYPES,
+    TopicMap,
+    detect,
+    remaps,
+    topic_map,
+)
 
 
 def types_of(preset: TopicMap) -> dict[str, str]:
@@ -69,3 +78,7 @@ def test_unknown_preset() -> None:
 
 def test_remaps() -> None:
     assert remaps(TopicMap(imu="/a/imu", fix="/b")) == {"/a/imu": "imu/data_raw", "/b": "gps/fix"}
+
+
+def test_all_but_imu_and_fix_may_be_absent() -> None:
+    assert set(OPTIONAL_INPUTS) == set(OWN_TOPICS) - {"imu", "fix"}
