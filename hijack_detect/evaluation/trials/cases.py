@@ -30,8 +30,8 @@ MAX_SCALE = 200
 """Most times the flights of a protocol: beyond that the seeds of one class would run into those of
 the next."""
 SETTLED_S = 12.0
-"""The earliest onset on a simulated flight: this long after the command to fly forward. Chosen, not
-swept."""
+"""The earliest onset: this long after forward flight began, or was commanded on a simulated one.
+Chosen, not swept."""
 OnOutput = Callable[[str, Any], None]
 OnSample = Callable[[Sample], None]
 

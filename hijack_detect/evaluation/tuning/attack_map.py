@@ -11,6 +11,7 @@ import numpy as np
 from hijack_detect.evaluation.scores.evaluate import run_cases
 from hijack_detect.evaluation.scores.metrics import FlightOutcome, Proportion, summarise
 from hijack_detect.evaluation.trials.cases import HIJACKED, SETTLED_S, SimulatedCase
+from hijack_detect.evaluation.trials.limits import ATTACK_S
 from hijack_detect.evaluation.trials.parallel import HERE, Failure, Pool
 from hijack_detect.monitor.policies import MonitorParameters
 from hijack_detect.simulation.plan import FlightPlan, forward_end_s, forward_start_s
@@ -23,8 +24,6 @@ ACCELERATIONS = (0.1, 0.2, 0.4, 0.8, 1.6, 3.2)
 FLIGHTS = 6
 """Flights in each cell at scale 1, the same in every cell."""
 FIRST_SEED = 50_000
-ATTACK_S = 40.0
-"""Least route left after the onset, as in the protocol `limits`."""
 
 
 @dataclass(frozen=True)
