@@ -117,7 +117,7 @@ class AltitudeParameters(Parameters):
         12.0,
         "Least normal distance of the difference from its slowly adapting reference. It is more "
         "for a receiver that claims or shows to be poor.",
-        source="chosen, not swept; 9 m before",
+        source="chosen, not swept",
         unit="m",
         low=0.5,
         high=200.0,
@@ -221,7 +221,7 @@ class AltitudeParameters(Parameters):
         1.65,
         "Largest normal evidence for an acceleration of the GPS that the accelerometer did not "
         "feel, standard deviations with the floor of systematic errors.",
-        source="measured: recorded flights; the largest clean margin of altitude is 0.87 now "
+        source="measured: recorded flights; the largest clean margin of altitude is 0.87 "
         "(docs/detection-limits.md, Limits of the detectors)",
         low=0.5,
         high=100.0,

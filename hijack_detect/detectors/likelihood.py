@@ -216,7 +216,7 @@ class FusionParameters(Parameters):
         5.0,
         "Policy `default`: margins this close together count as one event; a margin speaks for "
         "this long.",
-        source="chosen, not swept; 10 s before",
+        source="chosen, not swept",
         unit="s",
         low=0.0,
         high=600.0,
