@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from hijack_detect.detectors.altitude_parameters import AltitudeParameters
-from hijack_detect.detectors.barometer_check import BarometerCheck, Finding
+from hijack_detect.detectors.barometer_check import FREEZE_MARGIN, BarometerCheck, Finding
 from hijack_detect.detectors.flight_gate import FlightGate
 from hijack_detect.detectors.input_watch import InputWatch
 from hijack_detect.detectors.persistence import Persistence
@@ -22,8 +22,6 @@ from hijack_detect.streams.samples import (
 
 SAME_NS = NANOSECONDS // 20
 """A velocity belongs to a fix if their stamps are this close. Chosen, not swept."""
-FREEZE_MARGIN = 0.5
-"""Inertial margin from which on the barometer's reference stays where it is. Chosen, not swept."""
 RAMP_S = 10.0
 """`smallest_ramp` is the slowest that is seen within this time, s. Chosen, not swept."""
 INERTIAL_ONLY = "no barometer, inertial check alone"

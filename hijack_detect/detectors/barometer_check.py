@@ -20,7 +20,7 @@ RATE_HORIZONS = 4
 SPEED_ALLOWANCE_M = 3.0
 """Most that `speed_error` allows: a spoofed speed must not excuse more. Chosen, not swept."""
 FREEZE_MARGIN = 0.5
-"""From this margin on the reference stays where it is. Chosen, not swept."""
+"""From this margin on, of either check, the reference stays where it is. Chosen, not swept."""
 REFERENCE_S = 60.0
 """Time constant of the reference, within its largest rate. Chosen, not swept."""
 KEPT_NS = 3 * NANOSECONDS
