@@ -77,7 +77,7 @@ def test_an_attack_is_seen_from_the_first_alarm_to_the_end_of_the_monitor(
     policy = ("--params-file", str(ROOT / "config/default.yaml"), "--params-file", REPLAYED)
     monitor = graph.start("all", *policy)
     viewer, url = started(graph)
-    given = {"bag": BAG, "scenario": SCENARIO, "rate": 6.0, "start_s": 18.0}
+    given = {"bag": BAG, "scenario": SCENARIO, "rate": 3.0, "start_s": 18.0}
     graph.start("bag_replay", parameters={**given, "wait_for": "fusion monitor live"})
     page.goto(url)
     word = page.locator("#word")
